@@ -205,8 +205,10 @@ class CompliantModel(Model):
         return y, self.at_rest(t, y, struck) if mode.stuck else struck
 
 
-Advance = Callable[[Model, Mode, float, float, Vector], tuple[float, Vector, int | None]]
-"""From mode, time, end and state to time, state and which event function ended it; None at the end."""
+Reached = tuple[float, Vector, int | None]
+"""Time, state and which event function ended a mode; None at the end."""
+Advance = Callable[[Model, Mode, float, float, Vector], Reached]
+"""From mode, time, end and state to what is reached."""
 
 
 def march(design: Design, cycles: int, advance: Advance) -> State | None:

@@ -6,7 +6,7 @@ from typing import Any
 
 import numpy as np
 from scipy.integrate import solve_ivp  # type: ignore[import-untyped]
-from tests.benchmarks._automaton import Mode, Model, Vector, march
+from tests.benchmarks._automaton import Mode, Model, Reached, Vector, march
 
 from damperlab.worker.accuracy.cases import State
 from damperlab.worker.accuracy.methods import Method
@@ -30,9 +30,7 @@ def scipy_method(name: str, tolerances: tuple[float, ...]) -> Method:
     def run(design: Design, cycles: int, finesse: float) -> State | None:
         tolerance = 1.0 / finesse
 
-        def advance(
-            model: Model, mode: Mode, t: float, end: float, y: Vector
-        ) -> tuple[float, Vector, int | None]:
+        def advance(model: Model, mode: Mode, t: float, end: float, y: Vector) -> Reached:
             functions: list[Any] = [_falling(function) for function in model.events(mode)]
             found = solve_ivp(
                 lambda time, state: model.rates(time, state, mode), (t, end), y, name,
@@ -62,9 +60,7 @@ def cvode_method(kind: str, tolerances: tuple[float, ...]) -> Method:
     def run(design: Design, cycles: int, finesse: float) -> State | None:
         tolerance = 1.0 / finesse
 
-        def advance(
-            model: Model, mode: Mode, t: float, end: float, y: Vector
-        ) -> tuple[float, Vector, int | None]:
+        def advance(model: Model, mode: Mode, t: float, end: float, y: Vector) -> Reached:
             functions = model.events(mode)
 
             def rates(time: float, state: Any, out: Any) -> None:
@@ -145,9 +141,7 @@ def heyoka_method(tolerances: tuple[float, ...]) -> Method:
     def run(design: Design, cycles: int, finesse: float) -> State | None:
         tolerance = 1.0 / finesse
 
-        def advance(
-            model: Model, mode: Mode, t: float, end: float, y: Vector
-        ) -> tuple[float, Vector, int | None]:
+        def advance(model: Model, mode: Mode, t: float, end: float, y: Vector) -> Reached:
             key = (design, mode, tolerance)
             if key not in built:
                 built[key] = build(design, mode, tolerance)

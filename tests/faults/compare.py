@@ -1,11 +1,12 @@
 """What must hold of a data directory after a campaign, found without the code that the product would find it with."""
 
 from collections import Counter
-from collections.abc import Iterable
+from collections.abc import Iterable, Sequence
 from pathlib import Path
+from typing import Any
 
 import numpy as np
-from sqlalchemy import select
+from sqlalchemy import Row, select
 from tests.faults.attempts import Attempt
 from tests.faults.report import Report
 
@@ -35,11 +36,7 @@ def compare(store: Store, record: Record, study: Study, report: Report) -> None:
 
 def run_again(store: Store, record: Record, attempts: Iterable[Attempt]) -> int:
     """Count attempts at blocks of a study that began after the block had its done-mark."""
-    columns = (done_blocks.c.block, done_blocks.c.generation, done_blocks.c.at)
-    with store.catalogue.reading() as connection:
-        number = study_row(connection, record.id).number
-        rows = connection.execute(select(*columns).where(done_blocks.c.study == number)).all()
-    marked = {row.block: row for row in rows}
+    marked = {row.block: row for row in _marks(store, record)}
     return sum(
         attempt.digest == record.digest
         and attempt.block in marked
@@ -49,11 +46,14 @@ def run_again(store: Store, record: Record, attempts: Iterable[Attempt]) -> int:
     )
 
 
-def _sums_agree(store: Store, record: Record) -> bool:
-    columns = (done_blocks.c.points, done_blocks.c.failed)
+def _marks(store: Store, record: Record) -> Sequence[Row[Any]]:
     with store.catalogue.reading() as connection:
         number = study_row(connection, record.id).number
-        rows = connection.execute(select(*columns).where(done_blocks.c.study == number)).all()
+        return connection.execute(select(done_blocks).where(done_blocks.c.study == number)).all()
+
+
+def _sums_agree(store: Store, record: Record) -> bool:
+    rows = _marks(store, record)
     return (len(rows), sum(row.points for row in rows), sum(row.failed for row in rows)) == (
         record.blocks_done,
         record.points_done,

@@ -19,7 +19,7 @@ from pathlib import Path
 
 from tests.faults.hosts import Host, NoHosts, hosts
 from tests.faults.machines import Machine, PostgreSQL
-from tests.faults.processes import ObjectServer, Process, WorkerProcess, end_on_sigterm
+from tests.faults.processes import ObjectServer, Process, WorkerProcess, end_on_sigterm, until_it_works
 from tests.faults.report import Report, traces
 from tests.faults.watching import LOOK_SECONDS, Watching
 from tests.worker.dispatch.test_workers_judged import altered
@@ -121,19 +121,10 @@ class Campaign(Watching):
             server.keep_up()
         os.environ.update(keys)
         objects.wait()
-        store = self._opened(database.address, objects.address)
+        places = folder / "data", database.address, objects.address
+        store = until_it_works(lambda: Store.open(*places), StoreFault, 60.0)
         url = f"http://{service.address}:{SERVICE_PORT}"
         super().__init__(store, url, rows, Report("PostgreSQL, S3, seven hosts", seed))
-
-    def _opened(self, catalogue: str, place: str) -> Store:
-        give_up = time.monotonic() + 60.0
-        while True:
-            try:
-                return Store.open(self._folder / "data", catalogue, place)
-            except StoreFault:
-                if time.monotonic() > give_up:
-                    raise
-                time.sleep(0.5)
 
     def run(self, faults: int | Sequence[str], patience: float) -> Report:
         """Let so many faults happen, let every study end, and compare."""

@@ -6,8 +6,9 @@ import subprocess
 import sys
 import time
 import warnings
+from collections.abc import Callable
 from pathlib import Path
-from typing import Any, Protocol
+from typing import Any, Protocol, TypeVar
 from unittest.mock import patch
 
 import httpx
@@ -19,6 +20,19 @@ from tests.ports import free_port
 ROOT = Path(__file__).parents[2]
 LIFE_SECONDS = 14_400
 """An object server ends by itself then, whatever becomes of who started it."""
+Result = TypeVar("Result")
+
+
+def until_it_works(attempt: Callable[[], Result], error: type[Exception], seconds: float) -> Result:
+    """Try again and again, and give what comes at last; raise the error that comes even after so long."""
+    give_up = time.monotonic() + seconds
+    while True:
+        try:
+            return attempt()
+        except error:
+            if time.monotonic() > give_up:
+                raise
+            time.sleep(0.2)
 
 
 class Victim(Protocol):
@@ -56,15 +70,9 @@ class Process:
 
     def wait_for(self, url: str, seconds: float = 900.0) -> int:
         """Wait until it answers there, as a service does; its process id."""
-        give_up = time.monotonic() + seconds
-        while True:
-            try:
-                httpx.get(f"{url}/health/live", timeout=30).raise_for_status()
-                break
-            except httpx.HTTPError:
-                if time.monotonic() > give_up:
-                    raise
-                time.sleep(0.2)
+        until_it_works(
+            lambda: httpx.get(f"{url}/health/live", timeout=30).raise_for_status(), httpx.HTTPError, seconds
+        )
         assert self._process is not None
         return self._process.pid
 
@@ -153,19 +161,13 @@ class ObjectServer(Process):
         """Start it, and wait until the bucket can be written."""
         from damperlab.studies.store.files.folder import open_shelf
 
-        give_up = time.monotonic() + seconds
-        while True:
+        def probe() -> None:
             self.keep_up()
-            try:
-                with patch.dict(os.environ, self.environment):
-                    open_shelf(self.address).put("probe", b"")
-                    open_shelf(self.address).remove("probe")
-            except OSError:
-                if time.monotonic() > give_up:
-                    raise
-                time.sleep(0.2)
-            else:
-                return
+            with patch.dict(os.environ, self.environment):
+                open_shelf(self.address).put("probe", b"")
+                open_shelf(self.address).remove("probe")
+
+        until_it_works(probe, OSError, seconds)
 
 
 def dask(log: Path, *arguments: str, **environment: str) -> Process:

@@ -153,12 +153,23 @@ def own_service(tmp_path: Path) -> Iterator[Callable[..., Running]]:
 
 def wait_for(client: httpx.Client, study_id: str, good: Callable[[dict[str, Any]], bool]) -> dict[str, Any]:
     """Ask for a study's record until it is as wanted."""
-    record: dict[str, Any] = {}
+    return _asked_until(client, f"/api/v1/studies/{study_id}", good)
+
+
+def wait_for_design(
+    client: httpx.Client, design_id: str, good: Callable[[dict[str, Any]], bool]
+) -> dict[str, Any]:
+    """Ask for a design until it is as wanted."""
+    return _asked_until(client, f"/api/v1/designs/{design_id}", good)
+
+
+def _asked_until(client: httpx.Client, path: str, good: Callable[[dict[str, Any]], bool]) -> dict[str, Any]:
+    found: dict[str, Any] = {}
     for _ in _looks():
-        record = client.get(f"/api/v1/studies/{study_id}").raise_for_status().json()
-        if good(record):
-            return record
-    raise AssertionError(record)
+        found = client.get(path).raise_for_status().json()
+        if good(found):
+            return found
+    raise AssertionError(found)
 
 
 def wait_until(true: Callable[[], bool]) -> None:
@@ -181,9 +192,10 @@ def computing(running: Running) -> list[psutil.Process]:
         with suppress(psutil.NoSuchProcess):
             if "anyio.to_process" in each.cmdline():
                 found.append(each)
-    for forked in re.findall(rf"{served.COMPUTES}(\d+)", running.log.read_text()):
+    for pid, began in re.findall(rf"{served.COMPUTES}(\d+) (\d+)", running.log.read_text()):
         with suppress(psutil.NoSuchProcess):
-            found.append(psutil.Process(int(forked)))
+            if served.began(int(pid)) == began:
+                found.append(psutil.Process(int(pid)))
     return found
 
 
@@ -274,20 +286,6 @@ SPECIFICATION: dict[str, Any] = {
     "budget_points": 200,
 }
 """Half a second of kernels in some five rounds of studies, which leave other amplitudes out."""
-
-
-def wait_for_design(
-    client: httpx.Client, design_id: str, good: Callable[[dict[str, Any]], bool]
-) -> dict[str, Any]:
-    """Ask for a design until it is as wanted."""
-    found: dict[str, Any] = {}
-
-    def asked() -> bool:
-        found.update(client.get(f"/api/v1/designs/{design_id}").raise_for_status().json())
-        return good(found)
-
-    wait_until(asked)
-    return found
 
 
 @pytest.fixture(scope="session")

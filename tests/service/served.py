@@ -9,6 +9,8 @@ import os
 import runpy
 import socket
 import sys
+from contextlib import suppress
+from pathlib import Path
 from typing import Any
 
 import anyio
@@ -18,7 +20,14 @@ from tests.ready import Ready, Started, alike, ready
 
 HERE = "tests.service.served"
 COMPUTES = "a process computes for requests: "
-"""What the log of a service says of each, before its id."""
+"""What the log of a service says of each, before its id and when it began."""
+
+
+def began(pid: int) -> str:
+    """When a process began, in ticks: tells it from an earlier one of the same id; nothing if it is gone."""
+    with suppress(OSError):
+        return Path(f"/proc/{pid}/stat").read_text().rpartition(")")[2].split()[19]
+    return ""
 
 
 def start(environment: dict[str, str], out: Any) -> Started:
@@ -61,7 +70,7 @@ async def _open_process(command: object, **streams: object) -> Computing:
     here, there = socket.socketpair()
     with there:
         process = _from().fork(HERE, ["compute"], dict(os.environ), given=there, out=there)
-    sys.stderr.write(f"{COMPUTES}{process.pid}\n")
+    sys.stderr.write(f"{COMPUTES}{process.pid} {began(process.pid)}\n")
     return Computing(process, await UNIXSocketStream.from_socket(here))
 
 

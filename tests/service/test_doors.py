@@ -1,7 +1,6 @@
 """One table of fields behind three doors: HTTP, the command line and the client offer the same, in the same words."""
 
 import inspect
-import re
 from pathlib import Path
 from typing import Any
 
@@ -15,17 +14,13 @@ from damperlab.service.questions.every import EVERY
 from damperlab.service.settings import Settings
 from damperlab.studies.field import Field, fields_of
 from damperlab.studies.ground.quantities import QUANTITIES
-from damperlab.studies.kinds import AMPLITUDES, HARMONIC, SUITE
 from damperlab.studies.questions import (
     EVERY_AXIS,
     Boundary,
     Compared,
-    Followed,
     FollowUps,
     Judging,
-    Ranking,
     Search,
-    Selection,
     Simulated,
     Step,
 )
@@ -154,20 +149,3 @@ def test_a_method_takes_the_fields_of_its_question_and_no_others(
         else:
             assert parameter.default == field.default
     assert set(found) <= EVERYWHERE
-
-
-def test_what_a_command_shows_by_default_is_said_of_each_kind_of_study() -> None:
-    """`response` of a suite is refused, so nothing is said of one; `optimum` ranks by a result in two kinds."""
-    helps = {
-        name: next(each.help for each in fields_of(kind) if each.name == "metric")
-        for name, kind in (
-            ("map", Selection),
-            ("response", Followed),
-            ("optimum", Ranking),
-        )
-    }
-    suite, amplitudes, harmonic = SUITE.metric, AMPLITUDES.metric, HARMONIC.metric
-    for name, said in helps.items():
-        told = {each for each in (suite, amplitudes, harmonic) if re.search(rf"\b{each}\b", said)}
-        expected = {"response": {amplitudes, harmonic}, "optimum": {suite, amplitudes}}
-        assert told == expected.get(name, {suite, amplitudes, harmonic}), name

@@ -74,17 +74,14 @@ def test_a_route_asks_for_a_key_of_the_right_scope(guarded: Guarded, operations:
 def test_a_route_that_changes_something_is_closed_to_other_sites(
     guarded: Guarded, operations: list[Operation]
 ) -> None:
+    """Every kind of elsewhere is tried in `test_pages_elsewhere`."""
     with guarded.client("admin") as admin:
         for each in operations:
             if each.method not in UNSAFE:
                 continue
-            for elsewhere in (
-                {"Origin": "http://evil.example"},
-                {"Sec-Fetch-Site": "cross-site"},
-                {"Origin": "null"},
-            ):
-                answer = admin.request(each.method, each.address, headers=elsewhere, content=b"{}")
-                assert _kind(answer) == (403, "cross-site"), (each, elsewhere)
+            elsewhere = {"Origin": "http://evil.example"}
+            answer = admin.request(each.method, each.address, headers=elsewhere, content=b"{}")
+            assert _kind(answer) == (403, "cross-site"), each
             foreign = admin.request(each.method, each.address, headers={"Host": "evil.example"})
             assert _kind(foreign) == (421, "foreign-host"), each
 
