@@ -7,6 +7,7 @@ import os
 import pickle
 import sys
 from collections.abc import Callable, Sequence
+from types import FunctionType
 from typing import Any
 
 import numpy as np
@@ -45,5 +46,6 @@ def accelerated(
 
 
 if __name__ == "__main__":
+    assert isinstance(half_cycle, FunctionType)
     function, asked = pickle.loads(bytes.fromhex(sys.argv[1]))
     print(pickle.dumps([function(*each) for each in asked]).hex())

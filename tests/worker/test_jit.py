@@ -15,7 +15,7 @@ from numpy.typing import NDArray
 from damperlab.worker.compiler.library import Whole
 from damperlab.worker.compiler.target import target_of
 from damperlab.worker.jit import Kernel, identity, inlined, kernel
-from damperlab.worker.kernel_cache import CACHE_FOLDER, folder_name, is_private
+from damperlab.worker.kernel_cache import CACHE_FOLDER, cache_folder, folder_name, is_private
 from damperlab.worker.scenes import scene_named
 from damperlab.worker.solver.addresses import address
 from damperlab.worker.warm import warm
@@ -311,16 +311,13 @@ def test_folders_that_others_can_write_are_not_private(tmp_path: Path) -> None:
         assert not is_private(folder)
 
 
-def test_the_cache_folder_is_never_one_that_others_can_write(tmp_path: Path) -> None:
+def test_the_cache_folder_is_never_one_that_others_can_write(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
     shared = tmp_path / "shared"
     (shared / folder_name()).mkdir(parents=True)
     (shared / folder_name()).chmod(0o777)
-    ask = "from damperlab.worker.jit import CACHE_FOLDER as f; print(f, oct(f.stat().st_mode & 0o777))"
-    folder, mode = run(shared, "-c", ask).split()
-    assert not Path(folder).is_relative_to(shared)
-    assert mode == "0o700"
-
-
-def test_kernels_are_plain_functions_where_numba_is_switched_off(tmp_path: Path) -> None:
-    ask = "from damperlab.worker.solver.motion.taylor import value; print(type(value).__name__)"
-    assert run(tmp_path, "-c", ask, NUMBA_DISABLE_JIT="1").strip() == "function"
+    monkeypatch.setenv("DAMPERLAB_CACHE_DIR", str(shared))
+    folder = cache_folder()
+    assert not folder.is_relative_to(shared)
+    assert folder.stat().st_mode & 0o777 == 0o700

@@ -40,7 +40,8 @@ def amplitudes_m(clearance_m: float, frequency_ratio: Any, **cavity: float) -> n
         "clearance_m": clearance_m, "friction_force_n": 300, **cavity,
     }  # fmt: skip
     axes = {"restitution": 0.5, "frequency_ratio": frequency_ratio}
-    study = parse_harmonic({"damping_ratio": 0.02, "physical": physical, "axes": axes})
+    asked = {"damping_ratio": 0.02, "physical": physical, "axes": axes, "metrics": ["amplitude_ratio"]}
+    study = parse_harmonic(asked)
     return 0.001 * solved(study)["amplitude_ratio"].values
 
 

@@ -6,6 +6,7 @@ import numpy as np
 import pytest
 from numba import typeof
 from numba.core.registry import cpu_target
+from tests.worker.forms import night
 
 from damperlab.studies.variables import Status
 from damperlab.worker.jit import kernel
@@ -42,7 +43,7 @@ def test_every_outcome_is_a_status_by_its_number() -> None:
 
 
 @pytest.mark.parametrize("friction", [None, 0.3])
-@pytest.mark.parametrize("particle", [None, PARTICLE, PARTICLE._replace(wall=Wall(400.0, 4.0))])
+@pytest.mark.parametrize("particle", [None, PARTICLE, night(PARTICLE._replace(wall=Wall(400.0, 4.0)))])
 def test_the_addresses_of_a_scene_leave_no_array_in_it(
     friction: float | None, particle: Particle | None
 ) -> None:
