@@ -67,7 +67,6 @@ def scheduler_process(
 ) -> Iterator[tuple[str, "subprocess.Popen[str] | Started"]]:
     always = ("--host", "127.0.0.1", "--port", "0", "--no-dashboard")
     with dask_process("scheduler", *always, *options, anew=anew) as process:
-        assert process.stdout is not None
         for line in process.stdout:
             if found := re.search(r"Scheduler at:\s+(t(?:cp|ls)://\S+)", str(line)):
                 # What it still prints must not fill the pipe.

@@ -102,8 +102,6 @@ def assert_yields(found: Simulation, scene: tuple[float, ...], forced: bool) -> 
     Both round at 1e-16 of a state of ten, thousands of times, and impacts amplify.
     """
     particle = compliant_design(scene, forced).particle
-    assert particle is not None
-    assert particle.wall is not None
     plain = compliant_wall.Scene(*scene[:4], particle.mass_ratio, *particle.wall, forced=forced)
     expected, march = compliant_wall.end_state(plain, int(scene[-1]))
     assert march.impacts >= 3

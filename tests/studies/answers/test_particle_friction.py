@@ -61,7 +61,6 @@ def test_the_friction_up_to_which_the_best_damper_holds_is_that_of_the_damper_on
     step = find_friction(cube, ranked, Judging())
     assert (step.known, step.points > 0) == (False, True)
     best = leading(ranked)
-    assert best is not None
     damper = {"clearance_m": best.get("clearance_m", 0.001 * best.get("clearance_ratio", 0.0))}
     damper["friction_force_n"] = best.get("friction_force_n", 300.0)
     measure = "amplitude_m" if AMPLITUDE in cube.sizes else "amplitude_ratio"

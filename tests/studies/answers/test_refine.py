@@ -61,13 +61,11 @@ def test_a_next_step_beyond_the_budget_is_told_as_that_and_no_budget_is_called_s
     assert free.points > 2
     step = refine_optimum(study, {name: cube}, Search(0.001, budget=free.points - 1))
     assert not step.studies
-    assert step.brief is not None
     needs = f"the next step takes {free.points} points, more than the budget of {free.points - 1} points."
     assert step.brief.sentences[-1] == f"Not settled: {needs}"
     assert needs in step.say()
     # the next command must suffice for that step, even if four times the budget does not
     step = refine_optimum(study, {name: cube}, Search(0.001, budget=1))
-    assert step.brief is not None
     assert step.brief.next.endswith(f"--budget {max(4, free.points)}")
 
 
@@ -89,7 +87,6 @@ def test_a_refined_optimum_says_up_to_which_friction_of_its_particle_it_holds() 
     cubes, search = {name: with_units(cube)}, Search(tolerance=1.0)
     step = refine_optimum(study, cubes, search)
     assert step.known
-    assert step.brief is not None
     # six frequencies do not see the height of a peak, as the ranking says too
     hides = "hidden_peak" in {note["kind"] for note in optimal_designs(cube).attrs["notes"]}
     assert ("a peak may be more than a tenth higher" in step.brief.sentences[0]) is hides
@@ -104,7 +101,6 @@ def test_a_refined_optimum_says_up_to_which_friction_of_its_particle_it_holds() 
         kept for kept, value in zip(COEFFICIENTS, worst, strict=True) if value <= 1.1 * step.found["value"]
     ]
     assert found["up_to"] == max(held, default=0.0) < found["fails"] == COEFFICIENTS[len(held)]
-    assert step.brief is not None
     _, (_, up_to, what) = step.brief.rows
     assert f"{found['up_to']:g}" in up_to
     assert f"{found['fails']:g}" in what

@@ -133,7 +133,6 @@ def test_friction_alone_that_does_not_clamp_the_structure_is_recommended_before_
     assert ["third", "1.5", "γ_F = 0"] in answer.attrs["brief"]["rows"]
     assert "clamped" not in answer.attrs
     lead = leading(answer)
-    assert lead is not None
     assert lead["value"] == 1.05
     # of a ranking of many such, the best with impacts is named too
     cube = made([1.5, 1.05, 1.07, 1.08], errors=1e-9, kinds=[chaos, still, still, still])

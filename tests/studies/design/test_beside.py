@@ -90,7 +90,6 @@ def test_a_build_that_is_counted_keeps_its_limit_between_the_frequencies_too(
     document, limit = drawn(seed), LIMIT * drawn_alone_m
     shares = {name: f"{100 * share:g}%" for name, share in TOLERANCES.items()}
     found, _ = pursued(document | {"limits": {"displacement_m": limit}, "tolerances": shares})
-    assert found.builds is not None
     rows = np.random.default_rng(SEED).uniform(-1.0, 1.0, (found.builds.drawn, len(TOLERANCES)))
     builds = [
         found.build.moved(found.asked, dict(zip(TOLERANCES, row, strict=True))) for row in rows.tolist()
@@ -147,7 +146,6 @@ def test_about_a_mass_that_is_given_lighter_and_heavier_ones_are_looked_at(given
     assert all(each.build.friction_force_n == 30.0 for each in given.front)
     for each in given.front:
         beside = tuned_beside(given.asked, each.mass_kg / 40.0)
-        assert beside is not None
         assert each.absorber == pytest.approx(beside.value, rel=1e-9)
     told = {each.mass_kg: each.particle_alone for each in given.front}
     alone = given.alternatives["particle_alone"].score.value

@@ -60,7 +60,6 @@ def limited() -> Found:
 def test_no_build_within_the_tolerances_exceeds_a_limit_on_the_damper() -> None:
     limited, _ = pursued(LIMITED)
     build, (builds,) = limited.build, [limited.builds]
-    assert builds is not None
     assert build.friction_force_n == pytest.approx(30.0 / 1.1, rel=1e-12)
     shares = np.random.default_rng(SEED).uniform(-1.0, 1.0, (builds.drawn, 1)).ravel()
     forces = [build.moved(limited.asked, {"friction_force_n": each}).friction_force_n for each in shares]
@@ -183,13 +182,11 @@ def test_a_damper_without_bound_is_no_number() -> None:
 def test_what_is_said_to_be_the_most_is_not_less_than_it_is(limited: Found) -> None:
     worst = answer_document(limited)["words"][1]
     told = re.search(r"it is at most ([0-9.]+) mm\.", worst)
-    assert told is not None
     assert float(told[1]) / 1e3 >= limited.stated.most * (1 - 1e-12)
 
 
 def test_what_wins_is_the_verdict(limited: Found) -> None:
     heaviest = limited.heaviest
-    assert heaviest is not None
     reached = limited.compared.value
     for theirs, better in ((0.5 * reached, True), (2.0 * reached, False)):
         beside = replace(heaviest, value=theirs, detuned=theirs, exceeded=())
@@ -203,7 +200,6 @@ def test_what_wins_is_the_verdict(limited: Found) -> None:
 
 def test_only_the_damper_of_the_verdict_is_called_recommended(limited: Found) -> None:
     heaviest = limited.heaviest
-    assert heaviest is not None
     beside = replace(heaviest, value=0.5 * limited.compared.value, detuned=0.5 * limited.compared.value)
     for beaten, called in ((True, "best particle with friction"), (False, "recommended")):
         found = replace(limited, absorber=replace(beside, exceeded=() if beaten else ("displacement_m",)))

@@ -128,7 +128,6 @@ def test_the_stroke_of_the_tuned_mass_damper_is_that_of_a_mass_on_the_structure_
 
 def test_the_tuned_mass_damper_is_judged_with_the_tolerances(shaken) -> None:
     found, _ = shaken
-    assert found.absorber is not None
     worst = 0.0
     for share in (0.98, 1.0, 1.02):
         structure = Structure(40.0, 2.5 * share, 0.02)

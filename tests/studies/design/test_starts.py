@@ -32,7 +32,6 @@ def light() -> Found:
 @pytest.mark.night
 def test_the_responses_at_a_frequency_are_told_apart(light: Found) -> None:
     starts = light.starts
-    assert starts is not None
     assert starts.several == len(starts.where) > 0
     for at in starts.where:
         assert at.attractors >= len(at.responses) > 1
@@ -62,7 +61,6 @@ def test_every_study_of_a_search_computes_the_response_that_counts(judge: str) -
 def test_no_start_leads_beyond_the_worst_response_where_that_counts(light: Found) -> None:
     given = {"clearance_m": light.build.clearance_m, "builds": 0}
     worst, _ = pursued(without(LIGHT, "choose") | given | {"judge": "worst"})
-    assert worst.starts is not None
     assert worst.starts.beyond == 0
     assert worst.nominal.value >= light.nominal.value
     assert worst.nominal.value >= worst.starts.worst * (1 - 1e-9)
@@ -71,7 +69,6 @@ def test_no_start_leads_beyond_the_worst_response_where_that_counts(light: Found
 @pytest.mark.night
 def test_the_response_from_rest_is_that_of_a_single_point(light: Found) -> None:
     starts, build, structure = light.starts, light.build, light.asked.structure
-    assert starts is not None
     _, restitution, mass, clearance, friction = build.place(structure, 0.001)
     from_rest = [(at.frequency_ratio, each) for at in starts.where for each in at.responses if each.from_rest]
     assert from_rest

@@ -63,7 +63,6 @@ def test_the_shock_spectrum_of_a_half_sine_is_its_closed_form() -> None:
 
 def test_a_shock_is_called_what_it_is() -> None:
     source, motion = read_source({"shock": HALF_SINE}, Shelf.none())
-    assert motion is not None
     assert source.called == motion.name == "half-sine shock of 15 g and 11 ms"
     assert shock_of(HALF_SINE).words_at(0.5) == "under a half-sine shock of 7.5 g and 11 ms"
     assert shock_of(HALF_SINE) == Shock("half_sine", 15.0, 11.0, 2.0)

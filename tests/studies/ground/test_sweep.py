@@ -131,7 +131,6 @@ def test_the_longest_sweep_has_as_many_samples_as_a_record_may_have() -> None:
 
 def test_a_sweep_is_a_record_with_one_digest() -> None:
     source, motion = read_source({"sweep": UP}, Shelf.none())
-    assert motion is not None
     assert (source.id, source.sha256) == (f"u-{motion.digest}", motion.sha256)
     assert motion.name == source.called == "sweep from 6 to 10 Hz at 0.5 Hz/s"
     assert motion.source == "Swept from 6 to 10 Hz at 0.5 Hz/s with a base amplitude of 1 mm"

@@ -118,7 +118,6 @@ def test_no_worker_outlives_its_coordinator(tmp_path: Path, number: int, whole_g
         start_new_session=True,
     )
     try:
-        assert process.stdout is not None
         workers = [psutil.Process(int(pid)) for pid in process.stdout.readline().split()]
         assert len(workers) == 2
         # A terminal's Ctrl-C reaches every process of the group, the workers too.

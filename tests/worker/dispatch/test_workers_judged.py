@@ -117,7 +117,6 @@ def test_what_workers_compile_is_no_want_of_workers(store: Store) -> None:
         client.run(*asked, canary)
         window = Window(client, lambda index, key: (abs, index), [0], wait_seconds=wait_seconds)
         facts = window.assemble((*asked, None), "", "", lambda: True)
-        assert facts is not None
         busy = client.submit(time.sleep, 2.5 * wait_seconds, pure=False)
         time.sleep(1.2 * wait_seconds)
         assert not busy.done()
@@ -161,7 +160,6 @@ def test_study_goes_on_without_the_stale_the_wrong_and_the_blind(
     assert "sources" in reasons["stale"][0]
     assert "different bits there" in reasons["wrong"][0]
     assert "cannot begin" in reasons["blind"][0]
-    assert record.message is not None
     assert all(at[name] in record.message for name in reasons)
     assert of_one_piece(store, record.id, friction_study())
 

@@ -64,7 +64,6 @@ def test_parameters_of_a_particle_come_back_though_its_response_jumps(kind: str)
     # Four times the half interval is eight standard deviations.
     assert max(in_halves(fitted, one.truth)) < 4
     assert all(each.high - each.low < 0.5 * RANGES[kind][each.name][1] for each in fitted.estimates)
-    assert fitted.probability is not None
     assert fitted.probability > 1e-4
 
 
@@ -177,10 +176,8 @@ def test_two_base_amplitudes_give_force_and_length_of_a_real_damper() -> None:
 def test_deviations_that_are_too_small_are_told_and_the_intervals_are_wider() -> None:
     one = made("friction", 6)
     measured = one.question.measured
-    assert measured.deviation is not None
     strict = Measurement("strict", measured.columns, 0.2 * measured.deviation)
     fitted = fit_response(make_question(strict, {"particle": False}, dict(RANGES["friction"])))
-    assert fitted.probability is not None
     assert fitted.probability < 1e-6
     assert fitted.widening > 2
     assert "chi-square" in said(fitted)

@@ -145,7 +145,6 @@ def test_friction_and_damping_of_a_free_decay_are_told_apart_and_chi_square_agre
     fitted = fit_history(one.question)
     assert fitted.whole
     assert fitted.alike == []
-    assert fitted.probability is not None
     assert fitted.probability > 1e-3
     assert "chi-square" in " ".join(verdict_of_history(fitted))
 

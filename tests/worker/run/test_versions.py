@@ -100,7 +100,6 @@ def test_a_study_asked_for_again_is_the_old_one_until_it_is_recomputed_and_the_t
     one, two = theirs.ravel(), ours.ravel()
     relative = np.abs(one - two) / np.maximum(one, two)
     assert amplitude.largest_relative == relative.max()
-    assert amplitude.at is not None
     place = list(STUDY.coordinates["frequency_ratio"]).index(amplitude.at["frequency_ratio"])
     assert (amplitude.older, amplitude.newer) == (one[place], two[place])
     # one block that only one of them has is told apart

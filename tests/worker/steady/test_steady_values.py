@@ -48,7 +48,6 @@ def test_friction_without_stops_is_den_hartogs_solution(
     damping: float, frequency: float, friction: float
 ) -> None:
     truth = non_stop(damping, frequency, friction)
-    assert truth is not None
     found = simulate(Design(damping, frequency, friction)).metrics
     assert found["status"] == Status.CONVERGED
     assert found["stick_fraction"] == 0.0
@@ -62,7 +61,6 @@ def test_friction_without_stops_is_den_hartogs_solution(
 )
 def test_friction_with_a_stop_in_each_half_cycle(damping: float, frequency: float, friction: float) -> None:
     truth = one_stop(damping, frequency, friction)
-    assert truth is not None
     found = simulate(Design(damping, frequency, friction)).metrics
     assert found["status"] == Status.CONVERGED
     for name in ("amplitude_ratio", "relative_amplitude_ratio", "stick_fraction"):
