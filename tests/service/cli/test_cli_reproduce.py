@@ -21,19 +21,9 @@ DAMPING = 0.0038
 @pytest.fixture(scope="module")
 def made(tmp_path_factory: pytest.TempPathFactory) -> tuple[Path, dict[str, Any]]:
     folder = tmp_path_factory.mktemp("reproduction")
-    ended = run_apart(
-        "check",
-        "paper",
-        "--quick",
-        "-o",
-        folder / "out",
-        "--data-dir",
-        folder / "data",
-        "--workers",
-        "1",
-        "--json",
-        seconds=3 * END_SECONDS,  # many kernels, where none is compiled yet
-    )
+    asked = ["check", "paper", "--quick", "-o", folder / "out", "--data-dir", folder / "data"]
+    # many kernels, where none is compiled yet
+    ended = run_apart(*asked, "--workers", "1", "--json", seconds=3 * END_SECONDS)
     return folder, json.loads(ended.stdout)
 
 
