@@ -7,7 +7,7 @@ import ssl
 import sys
 import time
 from collections.abc import Callable, Iterator
-from contextlib import contextmanager, suppress
+from contextlib import closing, contextmanager, suppress
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
@@ -21,6 +21,7 @@ from tests.service import served
 
 from damperlab import Client
 from damperlab.service.edge.connection import LEAVE_SECONDS
+from damperlab.studies.store.store import Store
 
 START_SECONDS = 300.0
 WORK_SECONDS = 3000.0
@@ -122,6 +123,13 @@ def service(tmp_path_factory: pytest.TempPathFactory) -> Iterator[Running]:
     """One service with one worker for all tests that leave it as they found it."""
     with serving(tmp_path_factory.mktemp("service"), DAMPERLAB_STUDIES_AT_ONCE="2") as running:
         yield running
+
+
+@pytest.fixture(scope="session")
+def store(service: Running) -> Iterator[Store]:
+    """What the service keeps."""
+    with closing(Store.open(service.log.parent / "data")) as store:
+        yield store
 
 
 @pytest.fixture

@@ -165,13 +165,6 @@ def remote(service: Any) -> Iterator[Client]:
 
 
 @pytest.fixture(scope="module")
-def store(service: Any) -> Iterator[Store]:
-    store = Store.open(service.log.parent / "data")
-    yield store
-    store.close()
-
-
-@pytest.fixture(scope="module")
 def friction(remote: Client) -> Study:
     return remote.submit(FRICTION).wait(progress=False)
 

@@ -16,22 +16,23 @@ from damperlab.worker.dispatch.cost_model import seconds_per_point
 from damperlab.worker.provenance import provenance
 
 
-def test_studies_of_programs_are_listed_where_they_are_asked_for(client: httpx.Client, service: Any) -> None:
-    data = service.log.parent / "data"
-    store = Store.open(data)
+def test_studies_of_programs_are_listed_where_they_are_asked_for(
+    client: httpx.Client, service: Any, store: Store
+) -> None:
     for place, more in enumerate(({}, {DESIGNS: "d"}, {REFINES: "r"})):
         axes = {"friction_ratio": place / 10, "frequency_ratio": [0.5, 1.0]}
         document = {"name": f"listed {place}", "particle": False, "damping_ratio": 0.0173, "axes": axes}
         study = parse_study(document)
         record, _ = store.submit(study, make_plan(study, seconds_per_point), provenance() | more)
         store.set_state(record.id, "cancelled")
-    store.close()
     with Client(service.url) as python:
         for designs, names in ((False, ["listed 0"]), (True, ["listed 2", "listed 1", "listed 0"])):
             query = {"designs": "true"} if designs else {}
             page = client.get("/api/v1/studies", params=query).json()["studies"]
             option = ["--designs"] if designs else []
-            told = json.loads(run("studies", "--limit", "500", "--data-dir", data, "--json", *option).stdout)
+            told = json.loads(
+                run("studies", "--limit", "500", "--data-dir", store.data_dir, "--json", *option).stdout
+            )
             doors = [[one["name"] for one in each] for each in (page, told["studies"])]
             doors.append([study.name for study in python.studies(designs=designs)])
             for found in doors:

@@ -173,7 +173,7 @@ def test_lists_that_no_list_may_be(client: httpx.Client) -> None:
 
 
 def test_many_small_studies_are_run_together_to_the_same_bits(
-    service: Any, remote: Client, helpers: Any
+    service: Any, remote: Client, store: Store, helpers: Any
 ) -> None:
     before = service.log.read_text().count("run together")
     remote.submit(point(0, 0.06)).wait()  # what must be compiled is compiled alone
@@ -184,7 +184,6 @@ def test_many_small_studies_are_run_together_to_the_same_bits(
     for study in studies:
         study.wait()
     helpers.wait_until(lambda: service.log.read_text().count("run together") > before)
-    store = Store.open(service.log.parent / "data")
     for document, study in zip(every, studies, strict=True):
         asked = parse_study(document)
         whole = solve_block(asked, Block.whole(asked.shape))
@@ -198,7 +197,6 @@ def test_many_small_studies_are_run_together_to_the_same_bits(
         assert (said[0], said[-1]) == ("submitted", "running to done")
         files = [path for path in Path(store.cube_path(study.id)).rglob("*") if path.is_file()]
         assert len(files) == 3
-    store.close()
 
 
 @pytest.mark.night

@@ -1,6 +1,6 @@
 """The cube over HTTP as Zarr clients read it: equal bits, honest errors, ranges and tags."""
 
-from collections.abc import Callable, Iterator
+from collections.abc import Callable
 from pathlib import Path
 from typing import Any
 
@@ -30,9 +30,8 @@ def _write(store: Store, study: Study, block: Block, generation: str) -> None:
 
 
 @pytest.fixture(scope="module")
-def stopped(service: Any) -> Iterator[tuple[Store, str, Study, Plan]]:
+def stopped(store: Store) -> tuple[Store, str, Study, Plan]:
     """A study beside the service's own: blocks 0 to 2 of 8 are done, and somebody cancelled it."""
-    store = Store.open(service.log.parent / "data")
     study = _study(40)
     plan = make_plan_of(study, (1, 1, 1, 1, 1, 10))
     record = enter(store, study, plan.chunk)
@@ -40,8 +39,7 @@ def stopped(service: Any) -> Iterator[tuple[Store, str, Study, Plan]]:
     store.set_state(record.id, "cancelled")
     for index in range(3):
         _write(store, study, plan.block(index), "first")
-    yield store, record.id, study, plan
-    store.close()
+    return store, record.id, study, plan
 
 
 def test_blocks_that_an_ended_study_lacks_read_as_not_computed(
@@ -79,8 +77,7 @@ def test_blocks_that_are_still_coming_are_no_fill_values(
         store.set_state(study_id, "cancelled")
 
 
-def test_a_deleted_study_is_gone_and_no_fill_values(service: Any, client: httpx.Client) -> None:
-    store = Store.open(service.log.parent / "data")
+def test_a_deleted_study_is_gone_and_no_fill_values(service: Any, client: httpx.Client, store: Store) -> None:
     study = parse_study(
         {"particle": False, "damping_ratio": 0.02, "axes": {"frequency_ratio": [0.5, 0.7, 1.1]}}
     )
@@ -102,7 +99,6 @@ def test_a_deleted_study_is_gone_and_no_fill_values(service: Any, client: httpx.
     assert gone.json()["type"] == "urn:damperlab:problem:study-gone"
     # there is nothing to open any more
     assert client.get(f"{url}/zarr.json").status_code == 404
-    store.close()
 
 
 @pytest.mark.parametrize(
@@ -186,9 +182,8 @@ def test_nothing_else_is_there(
 
 
 def test_an_etag_changes_with_the_generation_and_old_revisions_are_gone(
-    client: httpx.Client, service: Any
+    client: httpx.Client, store: Store
 ) -> None:
-    store = Store.open(service.log.parent / "data")
     study = _study(20)
     plan = make_plan_of(study, (1, 1, 1, 1, 1, 20))
     study_id = store.submit(study, plan, {})[0].id
@@ -209,4 +204,3 @@ def test_an_etag_changes_with_the_generation_and_old_revisions_are_gone(
     assert client.get(f"{url}/@99/zarr.json").status_code == 410
     store.delete(study_id)
     assert client.get(f"{url}/zarr.json").status_code == 404
-    store.close()
