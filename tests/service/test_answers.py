@@ -11,6 +11,7 @@ import pytest
 import xarray as xr
 from tests.service.cli.commands import run
 from tests.service.contract import check
+from tests.studies.solving import LEAN
 
 from damperlab.service.client import Client, Study
 from damperlab.service.documents import plain
@@ -312,7 +313,8 @@ def test_every_door_finds_up_to_which_friction_of_its_particle_the_best_damper_h
         "friction_force_n": 300, "clearance_m": [0.003, 0.004],
     }  # fmt: skip
     axes = {"restitution": 0.5, "frequency_ratio": [0.95, 0.97]}
-    study = remote.submit({"name": "floor", "damping_ratio": 0.02, "physical": physical, "axes": axes})
+    asked = {"name": "floor", "damping_ratio": 0.02, "physical": physical, "axes": axes, "metrics": LEAN}
+    study = remote.submit(asked)
     study.wait(progress=False)
     step = study.particle_friction()
     assert (step.known, len(step.follow_ups)) == (False, 1)
