@@ -43,7 +43,13 @@ LIBRARIES = (
     "xarray",
 )
 """What commands load of others. None of it starts a thread that a fork would lose: OpenBLAS starts its own again."""
-DAMPERLAB = ("damperlab.service.app", "damperlab.service.cli.main", "damperlab.worker.worker_process.tasks")
+DAMPERLAB = (
+    "damperlab.service.app",
+    "damperlab.service.cli.main",
+    "damperlab.service.design_report",
+    "damperlab.service.questions.needed",
+    "damperlab.worker.worker_process.tasks",
+)
 """What they load of damperlab, where the variables that it is loaded by are those of the tests."""
 LOADED_BY = ("DAMPERLAB_CACHE_DIR", "DAMPERLAB_TARGET", "HOME", "NUMBA_", "PYTHON", "XDG_", "TESTS_")
 """How variables begin that are read as damperlab or a library is loaded, and those of the tests."""
