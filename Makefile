@@ -4,8 +4,9 @@ VENV := .venv
 BIN := $(VENV)/bin
 DEMO := demo
 LIBRARY := service/page/library
-# bytecode is stored as modules are loaded: pip would compile all of it, on one core; the lock files name every dependency
+# Bytecode is stored as modules are loaded; pip would compile all of it, on one core.
 unexport PYTHONDONTWRITEBYTECODE
+# The lock files name every dependency, so pip need not look for any.
 PIP := $(BIN)/python -m pip install --quiet --disable-pip-version-check --no-compile --no-deps
 
 .DEFAULT_GOAL := help

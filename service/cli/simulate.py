@@ -190,7 +190,7 @@ def _rows(answer: "SimulatedDocument") -> Iterator[tuple[str, str, str]]:
     if AMPLITUDE in known:
         error = known.get("amplitude_error", 0.0)
         within = f" ± {error:.1g}" if error > ROUNDING * known[AMPLITUDE] else ""
-        # the amplitude of the sine with the same rms, in the database `amplitude_ratio_rms`
+        # `amplitude_ratio_rms` is the amplitude of the sine with the same rms
         beside = {"largest": known.get("amplitude_ratio_max"), "√2·rms": known.get("amplitude_ratio_rms")}
         told = ", ".join(f"{name} {value:.4g}" for name, value in beside.items() if value is not None)
         yield "amplitude X/Z", f"{known[AMPLITUDE]:.4g}{within}", told

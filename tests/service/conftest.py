@@ -55,7 +55,7 @@ def long_study(name: str, damping_ratio: float = 0.0038, frequencies: int = 600)
 def lasting_study(name: str) -> dict[str, Any]:
     """A hybrid damper over a grid: minutes of kernels, so that it ends only where it is cancelled.
 
-    Its points are dear, and few enough that the service itself answers what is asked of them.
+    A point takes long. There are so few points that the service answers questions about them in its own process.
     """
     return {
         "name": name,

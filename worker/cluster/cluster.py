@@ -41,23 +41,23 @@ ONE_THREAD = dict.fromkeys(
 )
 """Environment variables of a worker. A kernel keeps one core busy, so libraries must not start further threads."""
 
-SELDOM_LOOKS = {
-    # At Dask's intervals, from 20 ms to 0.5 s, these looks alone keep a seventh of a core busy for an idle service.
+MONITORING = {
+    # At Dask's own intervals, from 20 ms to 0.5 s, an idle service with two workers keeps an eighth of a core busy.
     "distributed.admin.tick.interval": "1s",
     "distributed.admin.system-monitor.interval": "10s",
     "distributed.worker.memory.monitor-interval": "500ms",
+    # only the dashboard, which is off, would use the profiler
+    "distributed.worker.profile.enabled": False,
 }
-"""How often schedulers, nannies and workers look at their own event loops and memory, in Dask's settings."""
+"""Dask's settings for how schedulers, nannies and workers monitor themselves."""
 SCHEDULER_CONFIG = {
-    **SELDOM_LOOKS,
+    **MONITORING,
     # a block fails when its worker dies once; the runner decides whether to try the block again
     "distributed.scheduler.allowed-failures": 0,
 }
 """Dask's settings in the process of a scheduler that damperlab starts."""
 _LOCAL_CONFIG = {
-    **SELDOM_LOOKS,
-    # only the dashboard, which is off, would use the profiler
-    "distributed.worker.profile.enabled": False,
+    **MONITORING,
     # A nanny restarts its worker. By default, Dask ends a nanny whose worker is not back within 15 s. On a busy machine
     # a restart takes longer, and the cluster would be left without workers.
     "distributed.deploy.lost-worker-timeout": "1 day",

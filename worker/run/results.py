@@ -76,8 +76,8 @@ class Results:
     def end(self, stopped_as: str, stopped_by: str | None) -> None:
         """Set the final state of the study: done or failed if all blocks have ended.
 
-        If blocks are still pending, the state becomes `stopped_as`, with the message `stopped_by`. Without this message,
-        the reason why a run was waiting no longer applies.
+        If blocks are still pending, the state becomes `stopped_as`, with the message `stopped_by`. If `stopped_by` is
+        None, a message that says why the run was waiting is removed.
         """
         if self._lease.lost.is_set():
             return
@@ -85,8 +85,9 @@ class Results:
         record = self._store.find(study_id)
         sweep(self._store, study_id)
         if record.blocks_done < record.blocks_total:
-            waited = "" if record.phase == "waiting" else None
-            self.end_as(stopped_as, waited if stopped_by is None else stopped_by)
+            if stopped_by is None and record.phase == "waiting":
+                stopped_by = ""
+            self.end_as(stopped_as, stopped_by)
             return
         left_out, failures = self._run.reporter.left_out, self._failures
         message = f"computed, but these workers were left out: {left_out}" if left_out else None

@@ -14,7 +14,7 @@ import dask
 from distributed import Security, Worker
 from distributed.core import Status
 
-from damperlab.worker.cluster.cluster import ONE_THREAD, SELDOM_LOOKS
+from damperlab.worker.cluster.cluster import MONITORING, ONE_THREAD
 from damperlab.worker.worker_process.connecting import connected, say
 from damperlab.worker.worker_process.examination import show_alive
 
@@ -200,8 +200,7 @@ def serve_worker(
 ) -> None:
     """Run a worker until it is asked to leave, then end the process; see `work`."""
     os.environ.update(ONE_THREAD)
-    settings = {"distributed.worker.profile.enabled": False, "distributed.comm.timeouts.connect": "10s"}
-    with dask.config.set({**SELDOM_LOOKS, **settings}):
+    with dask.config.set({**MONITORING, "distributed.comm.timeouts.connect": "10s"}):
         status = asyncio.run(work(scheduler, security, terms, memory_limit, name))
     # the interpreter could not end normally while a kernel still runs in a thread
     os._exit(status)

@@ -1,5 +1,6 @@
 """A store, and an empty one beside it."""
 
+import shutil
 from collections.abc import Iterator
 from pathlib import Path
 
@@ -11,6 +12,14 @@ from damperlab.studies.store.store import Store
 @pytest.fixture
 def store(tmp_path: Path) -> Iterator[Store]:
     opened = Store.open(tmp_path / "data")
+    yield opened
+    opened.close()
+
+
+@pytest.fixture
+def copied(made: Path, tmp_path: Path) -> Iterator[Store]:
+    """Open a copy of the store `made` of the module, which a test may damage."""
+    opened = Store.open(shutil.copytree(made, tmp_path / "data"))
     yield opened
     opened.close()
 

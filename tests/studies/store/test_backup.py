@@ -42,15 +42,13 @@ def made(tmp_path_factory) -> Path:
 
 
 @pytest.fixture
-def filled(made, tmp_path):
+def filled(copied):
     """A copy of them; the one that is begun is running with a claim."""
-    store = Store.open(shutil.copytree(made, tmp_path / "data"))
-    running = store.find("study 2").id
-    store.claim(running, "runner 7")
-    store.set_state(running, "running")
-    Path(store.cube_path(running), "blocks", "0~half").write_bytes(b"an attempt under way")
-    yield store
-    store.close()
+    running = copied.find("study 2").id
+    copied.claim(running, "runner 7")
+    copied.set_state(running, "running")
+    Path(copied.cube_path(running), "blocks", "0~half").write_bytes(b"an attempt under way")
+    return copied
 
 
 def is_sound(store: Store) -> bool:

@@ -43,11 +43,8 @@ def made(tmp_path_factory) -> Path:
 
 
 @pytest.fixture
-def store(made, tmp_path):
-    """A copy of it, which a test may damage."""
-    opened = Store.open(shutil.copytree(made, tmp_path / "data"))
-    yield opened
-    opened.close()
+def store(copied):
+    return copied
 
 
 @pytest.fixture

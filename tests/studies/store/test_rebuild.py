@@ -64,14 +64,6 @@ def made(tmp_path_factory):
     return store.data_dir
 
 
-@pytest.fixture
-def filled(made, tmp_path):
-    """A copy of these studies, which a test may damage."""
-    store = Store.open(shutil.copytree(made, tmp_path / "data"))
-    yield store
-    store.close()
-
-
 def told(store: Store) -> dict:
     found = {}
     for record in store.page().records:
@@ -82,10 +74,10 @@ def told(store: Store) -> dict:
     return found
 
 
-def test_a_lost_catalogue_is_made_again(filled):
-    data = filled.data_dir
-    before, cubes = told(filled), {r.id: filled.cube(r.id).load() for r in filled.page().records}
-    filled.close()
+def test_a_lost_catalogue_is_made_again(copied):
+    data = copied.data_dir
+    before, cubes = told(copied), {r.id: copied.cube(r.id).load() for r in copied.page().records}
+    copied.close()
     lose_catalogue(data)
     there = sorted(data.rglob("*"))
     with pytest.raises(
@@ -197,17 +189,17 @@ def test_an_end_that_a_killed_run_never_reached_is_not_lost():
     assert lost_end(kept, SimpleNamespace(**row | {"run_began": 40.0}), 50.0)
 
 
-def test_a_study_that_was_resumed_since_its_end_is_left_as_it_is(filled):
-    (half,) = (each for each in filled.page().records if each.state == "cancelled")
-    filled.set_state(half.id, "queued")
-    assert list(check_catalogue(filled)) == []
-    assert rebuild(filled.data_dir).restored == 0
-    assert filled.find(half.id).state == "queued"
+def test_a_study_that_was_resumed_since_its_end_is_left_as_it_is(copied):
+    (half,) = (each for each in copied.page().records if each.state == "cancelled")
+    copied.set_state(half.id, "queued")
+    assert list(check_catalogue(copied)) == []
+    assert rebuild(copied.data_dir).restored == 0
+    assert copied.find(half.id).state == "queued"
 
 
-def test_an_older_copy_gets_what_it_lacks(filled):
-    data = filled.data_dir
-    filled.close()
+def test_an_older_copy_gets_what_it_lacks(copied):
+    data = copied.data_dir
+    copied.close()
     older = sqlite3.connect(data / "catalogue.sqlite")
     copy = sqlite3.connect(data / "older")
     older.backup(copy)
@@ -230,11 +222,11 @@ def test_an_older_copy_gets_what_it_lacks(filled):
     again.close()
 
 
-def test_a_removal_that_was_cut_short_anywhere_brings_nothing_back(filled, tmp_path, monkeypatch):
-    gone = filled.find("study 0").id
-    filled.delete(gone)
-    before = told(filled)
-    filled.close()
+def test_a_removal_that_was_cut_short_anywhere_brings_nothing_back(copied, tmp_path, monkeypatch):
+    gone = copied.find("study 0").id
+    copied.delete(gone)
+    before = told(copied)
+    copied.close()
     unlink, left = os.unlink, [0]
 
     def killed_after_some(*arguments, **more):
@@ -244,11 +236,11 @@ def test_a_removal_that_was_cut_short_anywhere_brings_nothing_back(filled, tmp_p
         return unlink(*arguments, **more)
 
     number = sum(
-        1 for file in next((filled.data_dir / "cubes").glob(f"{gone}-*")).rglob("*") if file.is_file()
+        1 for file in next((copied.data_dir / "cubes").glob(f"{gone}-*")).rglob("*") if file.is_file()
     )
     for removed in {0, 1, number // 2, number - 1, number}:
         data = tmp_path / f"after {removed}"
-        shutil.copytree(filled.data_dir, data)
+        shutil.copytree(copied.data_dir, data)
         store = Store.open(data)
         cube = next((data / "cubes").glob(f"{gone}-*"))
         left[0] = removed
@@ -271,13 +263,13 @@ def test_a_removal_that_was_cut_short_anywhere_brings_nothing_back(filled, tmp_p
         assert not cube.exists()
 
 
-def test_a_study_submitted_again_after_its_deletion_is_the_one_that_comes_back(filled):
-    data = filled.data_dir
-    filled.delete(filled.find("study 0").id)
+def test_a_study_submitted_again_after_its_deletion_is_the_one_that_comes_back(copied):
+    data = copied.data_dir
+    copied.delete(copied.find("study 0").id)
     study = make_study("study 0", damping_ratio=0.01, metrics=METRICS)
-    begun(filled, study, range(3))
-    before = told(filled)
-    filled.close()
+    begun(copied, study, range(3))
+    before = told(copied)
+    copied.close()
     lose_catalogue(data)
     found = rebuild(data)
     assert (found.studies, found.deleted, found.trouble) == (4, 1, [])
@@ -288,11 +280,11 @@ def test_a_study_submitted_again_after_its_deletion_is_the_one_that_comes_back(f
     again.close()
 
 
-def test_a_cube_that_cannot_be_read_is_told_and_costs_no_other(filled):
-    data = filled.data_dir
-    lost = filled.find("study 1").id
-    description = Path(filled.cube_path(lost), "zarr.json")
-    filled.close()
+def test_a_cube_that_cannot_be_read_is_told_and_costs_no_other(copied):
+    data = copied.data_dir
+    lost = copied.find("study 1").id
+    description = Path(copied.cube_path(lost), "zarr.json")
+    copied.close()
     flip(description)
     damaged = description.read_bytes()
     lose_catalogue(data)
@@ -325,9 +317,9 @@ def test_a_cube_that_cannot_be_read_is_told_and_costs_no_other(filled):
         "DELETE FROM facts WHERE key = 'revision'",
     ],
 )
-def test_rows_that_are_damaged_are_told_and_made_anew(filled, damage):
-    data, before = filled.data_dir, told(filled)
-    filled.close()
+def test_rows_that_are_damaged_are_told_and_made_anew(copied, damage):
+    data, before = copied.data_dir, told(copied)
+    copied.close()
     write_behind(data, damage)
     with suppress(StoreFault):  # where it can be opened, the damage is told and costs no file
         again = Store.open(data)
@@ -363,16 +355,16 @@ def test_an_attempt_of_another_solver_is_no_block_of_the_cube(store):
     again.close()
 
 
-def test_another_catalogue_with_studies_is_not_taken_over(filled, tmp_path):
+def test_another_catalogue_with_studies_is_not_taken_over(copied, tmp_path):
     other = Store.open(tmp_path / "other")
     other.submit(
         make_study("other", damping_ratio=0.5), make_plan_of(make_study("other", damping_ratio=0.5)), {}
     )
     other.close()
-    filled.close()
-    (tmp_path / "other" / "catalogue.sqlite").replace(filled.data_dir / "catalogue.sqlite")
+    copied.close()
+    (tmp_path / "other" / "catalogue.sqlite").replace(copied.data_dir / "catalogue.sqlite")
     with pytest.raises(StoreFault, match="whose cubes are not those"):
-        rebuild(filled.data_dir)
+        rebuild(copied.data_dir)
 
 
 @pytest.mark.parametrize(
