@@ -32,8 +32,14 @@ node_modules/.installed: package-lock.json
 	@if command -v npm >/dev/null; then npm ci --silent --no-audit --no-fund && mkdir -p $(LIBRARY) && cp node_modules/plotly.js-cartesian-dist-min/*.min.js $(LIBRARY) || echo "npm could not install what the page needs" >&2; else echo "no npm here: the page's JavaScript is not checked, and it loads the whole plotting library" >&2; fi
 	@mkdir -p $(@D) && touch $@
 
-$(VENV)/.installed-dev: requirements-dev.lock $(VENV)/.installed
-	$(PIP) --require-hashes -r requirements-dev.lock
+# What requirements.lock does not name can be installed beside it; a package that it names for other systems comes after both.
+$(VENV)/.installed-beside: requirements-dev.lock requirements.lock | $(VENV)/bin/python
+	@awk 'NR == FNR {has[$$1]; next} /^[^ ]/ {lacks = !($$1 in has)} lacks' requirements.lock $< >$(VENV)/beside.lock
+	$(PIP) --require-hashes -r $(VENV)/beside.lock
+	@touch $@
+
+$(VENV)/.installed-dev: requirements-dev.lock $(VENV)/.installed $(VENV)/.installed-beside
+	$(PIP) --require-hashes -r $<
 	@touch $@
 
 # Hundreds of processes load the package: none shall compile its modules first.

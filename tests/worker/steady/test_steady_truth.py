@@ -6,12 +6,10 @@ import numpy as np
 import pytest
 from tests.worker.designs_drawn import solved
 from tests.worker.forms import night
-from tests.worker.plain_march import plain_end
+from tests.worker.plain_march import marched, metered, plain_end
 
 from damperlab.studies.variables import ResponseClass, Status
-from damperlab.worker.accuracy.march import march_halves
 from damperlab.worker.accuracy.steady_answers import SETTINGS, TRANSIENT, WARNED, Point, every, points
-from damperlab.worker.solver.events import ARRIVED
 from damperlab.worker.solver.particle import Particle
 from damperlab.worker.steady.settle import Settings
 from damperlab.worker.steady.stopping_rules import FEWEST_MEASURED
@@ -86,15 +84,12 @@ def test_the_response_is_the_one_that_a_long_plain_march_comes_to(why: str) -> N
     structure, particle, (period, impacts) = MET[why]
     point = Point(*structure, Particle(*particle))
     response, _ = solved(point)
-    halves = np.empty((480, 3))
-    _, outcome = march_halves(*point, point.rest(), 60_000, halves)
-    assert outcome == ARRIVED
+    halves = metered(*point, marched(*point, point.rest(), 24_000), 481)
     assert response.period == period
     assert response.floquet_multiplier < 1.0
-    assert response.impacts_per_cycle == pytest.approx(2.0 * halves[:, 2].mean(), rel=1e-12)
+    assert response.impacts_per_cycle == pytest.approx(2.0 * halves.impacts[1:].mean(), rel=1e-12)
     assert impacts in (None, response.impacts_per_cycle)
-    windows = np.maximum(halves, np.roll(halves, -1, axis=0))[:, 0]
-    assert response.amplitude_ratio == pytest.approx(windows.mean(), rel=1e-8)
+    assert response.amplitude_ratio == pytest.approx(halves.windows.mean(), rel=1e-8)
 
 
 CHAOTIC = Point(0.0038, 1.0, 0.6, Particle(5.0, 0.47, 0.1))
