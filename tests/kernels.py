@@ -15,6 +15,7 @@ SCENES = (
     "peaks-friction",
     "peaks-friction-particle-instant",
     "peaks-friction-particle-rubbing",
+    "peaks-particle-instant",
     "record-friction",
     "record-friction-particle-instant",
     "record-friction-particle-rubbing",

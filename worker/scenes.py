@@ -112,8 +112,8 @@ def accuracy_scenes() -> list[Scene]:
 
 
 def usual_scenes() -> list[Scene]:
-    """Return the scenes for default studies, points and earthquakes, in descending order of compile time."""
-    purposes = ("steady", "orbit", "transient", "record")
+    """Return the scenes for default studies, designs, points and earthquakes, in descending order of compile time."""
+    purposes = ("steady", "peaks", "orbit", "transient", "record")
     return [one for one in every_scene() if one.purpose in purposes and one.contact in ("", "instant")]
 
 

@@ -31,8 +31,8 @@ def warm(
         typer.Option(
             "--all",
             help="Compile the kernels of every scene, that is, of every combination of friction, contact, "
-            "excitation and results. By default only the usual scenes are compiled, for a study, a point and "
-            "an earthquake.",
+            "excitation and results. By default only the usual scenes are compiled, for a study, a design, a "
+            "point and an earthquake.",
         ),
     ] = False,
     target: Annotated[

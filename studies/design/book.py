@@ -29,7 +29,6 @@ if TYPE_CHECKING:
 VARIABLES = (
     "amplitude_ratio",
     "relative_amplitude_ratio",
-    "amplitude_ratio_rms",
     "amplitude_error",
     "impact_speed_max",
     "impacts_per_cycle",

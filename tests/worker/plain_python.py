@@ -34,10 +34,15 @@ def plainly(function: Callable[..., Any], asked: Sequence[tuple[Any, ...]]) -> l
 
 
 def accelerated(
-    damping_ratio: float, frequency_ratio: float, friction: float, particle: Particle, state: State
+    damping_ratio: float,
+    frequency_ratio: float,
+    friction: float | None,
+    particle: Particle | None,
+    state: State,
+    forced: bool = False,
 ) -> tuple[float, float]:
     """Largest |u''| of the cycle that begins with a state, and the integral of its square."""
-    scene = make_scene(damping_ratio, frequency_ratio, friction, particle, True)
+    scene = make_scene(damping_ratio, frequency_ratio, friction, particle, True, forced)
     scene.counts[BUDGET] = 100_000
     meter = Meter(np.zeros(METERS), True, True)
     for _ in range(2):

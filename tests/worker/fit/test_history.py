@@ -94,7 +94,7 @@ def test_the_first_rows_alone_are_the_same() -> None:
     structure: dict[str, Any] = {
         "damping_ratio": 0.01,
         "axes": {"restitution": 0.5, "mass_ratio": 0.1},
-        "physical": {"natural_frequency_hz": NATURAL, "friction_force_n": 0.0},
+        "physical": {"mass_kg": MASS, "natural_frequency_hz": NATURAL, "friction_force_n": 0.1},
     }
     question = make_history_question(
         History("made", 0.01, np.full(300, START)), structure, {"clearance_m": (1e-3, 1e-2)}
