@@ -99,20 +99,16 @@ def march_halves(damping_ratio, frequency_ratio, friction, particle, state, sile
     meter = Meter(sums, None, None)
     counts[BUDGET] = _MOST_EVENTS
     outcome = ARRIVED
-    for _ in range(silent):
-        counts[IDLE] = 0
-        state, outcome = half_cycle(state, scene, None, None)
-        if outcome != ARRIVED:
-            return state, outcome
-    for half in range(halves.shape[0]):
+    for half in range(-silent, halves.shape[0]):
         sums[PEAK] = 0.0
         sums[RELATIVE_PEAK] = 0.0
         before = counts[IMPACTS]
         counts[IDLE] = 0
         state, outcome = half_cycle(state, scene, meter, None)
         if outcome != ARRIVED:
-            return state, outcome
-        halves[half, 0] = sums[PEAK]
-        halves[half, 1] = sums[RELATIVE_PEAK]
-        halves[half, 2] = counts[IMPACTS] - before
+            break
+        if half >= 0:
+            halves[half, 0] = sums[PEAK]
+            halves[half, 1] = sums[RELATIVE_PEAK]
+            halves[half, 2] = counts[IMPACTS] - before
     return state, outcome
