@@ -117,8 +117,9 @@ def friction_allowed(note: Note) -> tuple[str, str]:
     up_to, fails = note.values["up_to"], note.values["fails"]
     if not up_to:
         return f"from μ_i = {fails:g} on", "the value may rise by more than a tenth"
-    beyond = "" if fails is None else f", at {fails:g} by more"
-    return f"up to μ_i = {up_to:g}", f"the value rises by at most a tenth{beyond}"
+    if fails is None:
+        return f"up to μ_i = {up_to:g}, the highest examined", "the value rises by at most a tenth"
+    return f"up to μ_i = {up_to:g}", f"the value rises by at most a tenth, at {fails:g} by more"
 
 
 def over_budget(known: Values) -> str:

@@ -2,8 +2,8 @@
 
 from collections.abc import Collection, Iterable, Mapping, Sequence
 from itertools import takewhile
-from math import inf, isfinite, nan
-from typing import TYPE_CHECKING, Any
+from math import inf
+from typing import TYPE_CHECKING, Any, NamedTuple
 
 import numpy as np
 
@@ -21,7 +21,7 @@ from damperlab.studies.brief import Note, NoteDocument, notes_document
 from damperlab.studies.cavity import FRICTIONLESS, left_open
 from damperlab.studies.choices import EventSolver
 from damperlab.studies.definition import Study, parse_harmonic
-from damperlab.studies.kinds import AMPLITUDES, HARMONIC, SUITE, kind_of
+from damperlab.studies.kinds import AMPLITUDES, SUITE, kind_of
 from damperlab.studies.physical import DERIVATIONS
 from damperlab.studies.questions import Judging, Ranking
 from damperlab.studies.units import quantities_of
@@ -58,17 +58,14 @@ def studies_with_friction(cube: "xr.Dataset", ranked: "xr.Dataset", judging: Jud
         ranked study is in ratios or incomplete; friction or gravity already acts on the particle; friction
         cannot be combined with the contact or the solver.
     """
-    kind, lead = kind_of(cube.sizes), leading(ranked)
-    if kind is SUITE or lead is None or not _strikes(lead) or ranked.attrs["complete"] < 1:
+    lead = leading(ranked)
+    if lead is None or _obstacle(cube, ranked, lead) is not None:
         return ()
-    definition = definition_of(cube)
-    if not definition.get("physical"):
-        return ()
-    study = parse_harmonic(definition)
-    if kind is HARMONIC:
-        made = study_with_friction(study, DesignQuestion.ask(cube, judging), lead)
-        return () if made is None else (made,)
-    return _over_amplitudes(study, cube, lead, judging)
+    study = parse_harmonic(definition_of(cube))
+    if kind_of(cube.sizes) is AMPLITUDES:
+        return _over_amplitudes(study, cube, lead, judging)
+    made = study_with_friction(study, DesignQuestion.ask(cube, judging), lead)
+    return () if made is None else (made,)
 
 
 def find_friction(cube: "xr.Dataset", ranked: "xr.Dataset", judging: Judging) -> Refinement:
@@ -89,19 +86,79 @@ def find_friction(cube: "xr.Dataset", ranked: "xr.Dataset", judging: Judging) ->
     QueryFault
         If friction of the particle cannot be added to the recommended damper.
     """
-    asked, lead = studies_with_friction(cube, ranked, judging), leading(ranked)
-    if not asked or lead is None:
-        allowed = (
-            "a finished study in units, with instantaneous impacts and neither friction of the particle nor tilt. "
-            "Its best damper must work by impacts"
-        )
-        told = f"Friction cannot be added to the particle of the best damper. This needs {allowed}."
-        raise refused("friction", "a study without such a damper", allowed, "leave it out", told)
+    lead = leading(ranked)
+    if (obstacle := _obstacle(cube, ranked, lead)) is not None:
+        raise refused(*obstacle, obstacle.told)
+    assert lead is not None  # without it there is an obstacle
     known = [each for each in ranked.attrs["notes"] if each["kind"] == FRICTION]
     notes = tuple(Note(each["kind"], each["severity"], each["values"]) for each in known)
-    studies = () if known else asked
+    studies = () if known else studies_with_friction(cube, ranked, judging)
     found = {name: value for name, value in lead.items() if not isinstance(value, str)}
     return Refinement(studies, bool(known), found, points=sum(each.points for each in studies), notes=notes)
+
+
+class _Obstacle(NamedTuple):
+    """The reason why friction cannot be added to the particle of the recommended damper, as the parts of a fault."""
+
+    field: str
+    found: str
+    allowed: str
+    advice: str
+
+    @property
+    def told(self) -> str:
+        """The reason as a sentence."""
+        return f"Friction cannot be added to the particle of the best damper of {self.found}."
+
+
+def _obstacle(
+    cube: "xr.Dataset", ranked: "xr.Dataset", lead: Mapping[str, Any] | None
+) -> _Obstacle | None:
+    """Return the first condition of `studies_with_friction` that the study or its recommended damper does not meet."""
+    if kind_of(cube.sizes) is SUITE:
+        return _Obstacle(
+            "study",
+            "a ground-motion suite",
+            "a study of harmonic excitation",
+            f"write `{MADE_BY[PARTICLE_FRICTION]}` into the suite",
+        )
+    if (complete := ranked.attrs["complete"]) < 1:
+        found = f"a study of which {complete:.0%} of the designs are computed"
+        return _Obstacle("study", found, "a complete study", "compute the rest first")
+    if lead is None:
+        found, advice = "a study without a design that qualifies", "relax the limits of the question"
+        return _Obstacle("study", found, "a study with a best design", advice)
+    if (obstacle := _obstacle_of(parse_harmonic(definition_of(cube)))) is not None:
+        return obstacle
+    if not _strikes(lead):
+        return _Obstacle(
+            "study",
+            "a study whose best damper has no impacts",
+            "a best damper that works by impacts",
+            "without impacts that friction has no effect; exclude the damper by a range of friction_ratio",
+        )
+    return None
+
+
+def _obstacle_of(study: Study) -> _Obstacle | None:
+    """Return the first condition of `studies_with_friction` that the definition of a study does not meet."""
+    document = study.document()
+    physical = document.get("physical") or {}
+    over_amplitudes = kind_of(study.coordinates) is AMPLITUDES
+    if not over_amplitudes and PARTICLE_FRICTION not in {each.source for each in quantities_of(document)}:
+        advice = "give it `mass_kg`, `natural_frequency_hz` and `base_amplitude_m`, from which μ_i follows"
+        return _Obstacle("physical", "a study in ratios", "a study in units", advice)
+    given = [*(name for name in BEFORE if name in study.coordinates), *physical.keys() & MADE_BY.values()]
+    if given:
+        advice = f"vary `{MADE_BY[PARTICLE_FRICTION]}` in the study itself"
+        return _Obstacle(given[0], f"a study with `{given[0]}`", "a lying, frictionless cavity", advice)
+    if study.contact.model != "instant":
+        found = f"a study with `contact.model` {study.contact.model}"
+        return _Obstacle("contact.model", found, "instant", "compute it with instantaneous impacts")
+    if not isinstance(study.solver, EventSolver):
+        found = f"a study with `solver.method` {study.solver.method}"
+        return _Obstacle("solver.method", found, "event", "compute it with `solver.method` event")
+    return None
 
 
 def _strikes(lead: Mapping[str, Any]) -> bool:
@@ -132,21 +189,15 @@ def study_with_friction(study: Study, question: DesignQuestion, design: Mapping[
         A study over `COEFFICIENTS` and the judged frequencies. None for a study in ratios, if friction or gravity
         already acts on the particle, or if friction cannot be combined with the contact or the solver.
     """
-    in_units = {each.source: each.factor for each in quantities_of(study.document())}
-    factor = in_units.get(PARTICLE_FRICTION, nan)
-    if not _computed(study) or not isfinite(factor) or any(name in question.design for name in BEFORE):
+    if _obstacle_of(study) is not None:
         return None
+    in_units = {each.source: each.factor for each in quantities_of(study.document())}
     axes: dict[str, object] = {name: design[name] for name in question.design}
     axes |= {
         FREQUENCY: question.frequencies.tolist(),
-        PARTICLE_FRICTION: [each / factor for each in COEFFICIENTS],
+        PARTICLE_FRICTION: [each / in_units[PARTICLE_FRICTION] for each in COEFFICIENTS],
     }
     return follow_up(study, axes, "with friction")
-
-
-def _computed(study: Study) -> bool:
-    """Whether friction of the particle can be combined with the contact and the solver."""
-    return study.contact.model == "instant" and isinstance(study.solver, EventSolver)
 
 
 def _over_amplitudes(
@@ -154,11 +205,8 @@ def _over_amplitudes(
 ) -> tuple[Study, ...]:
     """Make the studies of one damper over the judged base amplitudes and frequencies, one study per coefficient."""
     document = study.document()
-    physical = document["physical"]
-    if not _computed(study) or any(name in physical for name in MADE_BY.values()):
-        return ()
     met = axes_within(cube, judging.ranges)
-    physical = {name: value for name, value in physical.items() if name not in _MADE}
+    physical = {name: value for name, value in document["physical"].items() if name not in _MADE}
     physical |= {name: damper[name] for name in RATIOS_OF}
     physical[AMPLITUDE] = cube[AMPLITUDE].values[met[AMPLITUDE]].tolist()
     axes: dict[str, object] = {name: damper[name] for name in DAMPER if name not in RATIOS_OF}

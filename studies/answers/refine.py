@@ -24,7 +24,7 @@ from damperlab.studies.answers.notes import friction_allowed, over_budget, sente
 from damperlab.studies.answers.optimal_designs import merged_designs
 from damperlab.studies.answers.particle_friction import friction_note, study_with_friction
 from damperlab.studies.answers.phrases import Phrases
-from damperlab.studies.answers.query_fault import check_question, refused
+from damperlab.studies.answers.query_fault import QueryFault, check_question, refused
 from damperlab.studies.answers.selection import check_dimension, choose, in_ratios, require_stored
 from damperlab.studies.answers.verdict import is_clamped, none_left
 from damperlab.studies.brief import Brief, Note, command, listed
@@ -89,9 +89,7 @@ def refine_optimum(
     asked = DesignQuestion.ask(parent, judging)
     best = merged_designs(cubes, judging, 1)
     if best.sizes["rank"] == 0:
-        why = none_left(parent, asked, best.attrs)
-        advice, told = f"next: {why.next}", " ".join(why.sentences)
-        raise refused("refine", "no design that qualifies", "a study with a best design", advice, told)
+        raise QueryFault(none_left(parent, asked, best.attrs))
     found: dict[str, Any] = {
         name: float(best[name].values[0]) for name in (*asked.design, FREQUENCY, "value", "error")
     }

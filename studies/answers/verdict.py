@@ -13,6 +13,7 @@ from damperlab.studies.answers.design_question import FREQUENCY, METRIC, DesignQ
 from damperlab.studies.answers.excited import definition_of, excitation_of, name_of
 from damperlab.studies.answers.flatness import LOSS, end_of, flatness, say_beyond
 from damperlab.studies.answers.hidden_peak import PEAK_BETWEEN, hidden_of, hidden_peaks
+from damperlab.studies.answers.judging import REASONS
 from damperlab.studies.answers.largest_acceleration import LARGEST, acceleration_of, acceleration_row
 from damperlab.studies.answers.linear_peaks import LinearPeaks
 from damperlab.studies.answers.notes import advised_axis, sentence_of
@@ -30,6 +31,7 @@ from damperlab.studies.brief import (
     notes_document,
 )
 from damperlab.studies.cavity import left_open
+from damperlab.studies.faults import Fault
 from damperlab.studies.variables import ResponseClass, Status, dimensions_of
 from damperlab.studies.vocabulary import OF_PARTICLE
 
@@ -116,7 +118,10 @@ def verdict(
     """
     if ranked.sizes["rank"] == 0:
         none = none_left(cube, question, ranked.attrs)
-        nothing = {"verdict": list(none.sentences), "brief": none.document(), "doubts": []}
+        waits = ranked.attrs["incomplete"] == ranked.attrs["designs"]
+        following = command("run", name_of(cube)) if waits else f"{none.advice}."
+        brief = Brief(None, (none.sentence,), (), following)
+        nothing = {"verdict": list(brief.sentences), "brief": brief.document(), "doubts": []}
         return said(cube, lambda _: nothing)
     values, highest = ranked["value"].values, ranked["highest"].values
     errors = np.where(np.isnan(highest), np.nan, ranked["error"].values)
@@ -471,23 +476,25 @@ class _Known:
         return ", ".join(phrases.equal(name, row[name], ".3g") for name in varied)
 
 
-def none_left(cube: "xr.Dataset", question: DesignQuestion, tally: Mapping[str, Any]) -> Brief:
-    """Say why no design could be ranked."""
-    study = name_of(cube)
-    total, failed, waiting = (int(tally.get(key, 0)) for key in ("designs", "failed", "incomplete"))
-    if total and waiting == total:
-        return Brief(None, ("No design is computed at every frequency yet.",), (), command("run", study))
+def none_left(cube: "xr.Dataset", question: DesignQuestion, tally: Mapping[str, Any]) -> Fault:
+    """Say why no design could be ranked, and what to do about the most frequent reason."""
+    total, failed = int(tally["designs"]), int(tally["failed"])
     status = cube["status"].isel(question.axes).values if failed else np.zeros(0)
     if failed == total and (status == Status.UNBOUNDED).any():
         told = "The response of every design grows without bound: nothing dissipates the energy that the excitation supplies."
-        return Brief(None, (told,), (), "a structure with damping, or friction above γ_F = π/4.")
-    left_out = [
-        (failed, "failed"),
-        (waiting, "not computed yet"),
-        (total - failed - waiting, "left out by the limits of the question"),
-    ]
-    why = ", ".join(f"{count:,} {reason}" for count, reason in left_out if count > 0)
-    return Brief(None, (f"None of the {total:,} designs qualifies: {why}.",), (), command("show", study))
+        advice = "give the structure damping, or friction above γ_F = π/4"
+        return Fault("damping_ratio", "0", "damping or friction", advice, told)
+    reason = max(REASONS, key=lambda each: int(tally[each]))
+    field, allowed, advice = {
+        "incomplete": ("study", "a design that is computed at every judged frequency", "compute the rest first"),
+        "failed": ("study", "a design with a response at every judged frequency", "the record of the study says why they failed"),
+        "locked": ("exclude_locked", "false", "rank designs that are locked near resonance, too"),
+        "too_fast": ("max_impact_speed", "a speed that a design keeps", "allow faster impacts"),
+        "outside": ("ranges", "a range that a design keeps", f"widen the range of {', '.join(question.limits)}"),
+    }[reason]
+    why = ", ".join(f"{int(tally[name]):,} {words}" for name, words in REASONS.items() if tally[name])
+    told = f"None of the {total:,} designs qualifies: {why}."
+    return Fault(field, f"{int(tally[reason]):,} of {total:,} designs {REASONS[reason]}", allowed, advice, told)
 
 
 def say_next(phrases: Phrases) -> str:

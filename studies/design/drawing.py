@@ -1,5 +1,7 @@
 """The drawing of a damper: each quantity with its value, tolerance and margin."""
 
+from functools import partial
+
 from damperlab.studies.brief import Damper
 from damperlab.studies.design.absorber import DETUNED, Beside
 from damperlab.studies.design.found import Found
@@ -44,9 +46,7 @@ def drawing_of(found: Found, damper: Damper) -> list[Line]:
                 CALLED[name],
                 quantity(asked, name, value),
                 "" if tolerance is None else f"± {quantity(asked, name, tolerance.of(value))}",
-                ""
-                if margin is None
-                else f"{quantity(asked, name, margin.low)} to {quantity(asked, name, margin.high)}",
+                "" if margin is None else margin.span(partial(quantity, asked, name)),
             )
         )
     return lines

@@ -1,6 +1,6 @@
 """Margins: by how much each quantity of a damper may change while all others stay."""
 
-from collections.abc import Iterable
+from collections.abc import Callable, Iterable
 from dataclasses import dataclass
 from itertools import takewhile
 
@@ -34,6 +34,15 @@ class Margin:
     high: Measured
     fails_below: float | None
     fails_above: float | None
+
+    def span(self, spelled: Callable[[float], str]) -> str:
+        """Write the range, and name the ends that are only the ends of the examined values."""
+        low, high = spelled(self.low), spelled(self.high)
+        if low == high:
+            return f"{low} only"
+        lowest = " (the lowest examined)" if self.fails_below is None else ""
+        highest = " (the highest examined)" if self.fails_above is None else ""
+        return f"{low}{lowest} to {high}{highest}"
 
 
 def margins_of(search: Search, build: Build, stated: Score) -> Step[dict[str, Margin]]:

@@ -1,6 +1,7 @@
 """The verdict of a design: what to build, the expected response, a comparison with other dampers, and one next step."""
 
 from collections.abc import Iterator, Mapping
+from functools import partial
 from math import isinf, pi
 from typing import Any
 
@@ -332,7 +333,7 @@ def _holds(found: Found, damper: Damper) -> Iterator[str]:
     if damper != kind_of(found.build) or not found.margins or isinf(found.stated.most):
         return
     parts = [
-        f"{NAMES[name]} {_span(asked, name, each.low, each.high)}"
+        f"{NAMES[name]} {each.span(partial(_span_end, asked, name))}"
         for name, each in found.margins.items()
         if (each.fails_below, each.fails_above) != (None, None)
         and (asked.rubs or name != PARTICLE_FRICTION.name)
@@ -340,11 +341,6 @@ def _holds(found: Found, damper: Damper) -> Iterator[str]:
     if parts:
         holds = "Limits hold" if asked.limits_measure else "The response rises by at most a tenth"
         yield f"{holds} for {', '.join(parts)}{', each alone' if len(parts) > 1 else ''}."
-
-
-def _span(asked: Specification, name: str, low: float, high: float) -> str:
-    ends = [_span_end(asked, name, each) for each in (low, high)]
-    return " to ".join(ends) if ends[0] != ends[1] else f"{ends[0]} only"
 
 
 def _assumed(found: Found, damper: Damper) -> Iterator[tuple[str, str, str]]:
@@ -424,8 +420,8 @@ def _with_friction(found: Found) -> str:
     kept = "limits hold" if found.asked.limits_measure else "the response rises by at most a tenth"
     if margin.high == 0.0:
         return f"fails at μ_i = {margin.fails_above:.3g}"
-    beyond = "" if margin.fails_above is None else f", not at {margin.fails_above:.3g}"
-    return f"{kept} up to μ_i = {margin.high:.3g}{beyond}"
+    beyond = "the highest examined" if margin.fails_above is None else f"not at {margin.fails_above:.3g}"
+    return f"{kept} up to μ_i = {margin.high:.3g}, {beyond}"
 
 
 def _rows(found: Found, damper: Damper, bare: float | None) -> Iterator[tuple[str, str, str]]:

@@ -1,6 +1,7 @@
 """The details of a design, in sentences: results for its limits, margins, and method."""
 
 from collections.abc import Iterator, Mapping
+from functools import partial
 from math import isinf
 
 from damperlab.studies.answers.particle_friction import WITHIN
@@ -243,10 +244,9 @@ def _margins(found: Found) -> Iterator[str]:
 
 
 def _margin(asked: Specification, name: str, margin: Margin) -> str:
-    low, high = (quantity(asked, name, value) for value in (margin.low, margin.high))
     fails = [quantity(asked, name, at) for at in (margin.fails_below, margin.fails_above) if at is not None]
     beyond = f" (not at {' or '.join(fails)})" if fails else ""
-    return f"a {CALLED[name]} from {low} to {high}{beyond}"
+    return f"a {CALLED[name]} of {margin.span(partial(quantity, asked, name))}{beyond}"
 
 
 def _known(found: Found) -> Iterator[str]:

@@ -102,28 +102,43 @@ def test_studies_of_another_damper_say_nothing_of_the_best() -> None:
 
 
 @pytest.mark.parametrize(
-    "change",
+    ("change", "field", "found"),
     [
-        {
-            "physical": None,
-            "axes": {"clearance_ratio": [3, 4], "friction_ratio": 0.5, "frequency_ratio": 0.97},
-        },
-        {"physical": ONE["physical"] | {"particle_friction_coefficient": 0.1}},
-        {"physical": ONE["physical"] | {"friction_force_n": 900}},
+        (
+            {
+                "physical": None,
+                "axes": {"clearance_ratio": [3, 4], "friction_ratio": 0.5, "frequency_ratio": 0.97},
+            },
+            "physical",
+            "a study in ratios",
+        ),
+        (
+            {"physical": ONE["physical"] | {"particle_friction_coefficient": 0.1}},
+            "particle_friction_ratio",
+            "a study with `particle_friction_ratio`",
+        ),
+        (
+            {"physical": ONE["physical"] | {"friction_force_n": 900}},
+            "study",
+            "a study whose best damper has no impacts",
+        ),
     ],
     ids=["in ratios", "friction given", "clamped by friction"],
 )
-def test_friction_is_not_added_where_it_cannot_be_computed_or_has_no_effect(change: dict[str, Any]) -> None:
+def test_friction_is_not_added_where_it_cannot_be_computed_or_has_no_effect(
+    change: dict[str, Any], field: str, found: str
+) -> None:
     definition = {name: value for name, value in (ONE | change).items() if value is not None}
     cube, ranked = ranked_with(definition)
     with pytest.raises(QueryFault) as refused:
         find_friction(cube, ranked, Judging())
-    assert refused.value.fault.field == "friction"
+    assert (refused.value.fault.field, refused.value.fault.found) == (field, found)
+    assert found in refused.value.fault.sentence
     assert all("--friction" not in row[2] for row in ranked.attrs["brief"]["rows"])
 
 
 def test_friction_is_not_added_to_contact_with_a_duration() -> None:
     cube, ranked = ranked_with(ONE)
     dwelling = parse_study(ONE | {"contact": {"model": "dwell", "contact_time": 0.01}})
-    with pytest.raises(QueryFault):
+    with pytest.raises(QueryFault, match="`contact.model` dwell"):
         find_friction(cube.assign_attrs(study=json.dumps(dwelling.document())), ranked, Judging())

@@ -114,7 +114,8 @@ def test_a_study_whose_designs_all_grow_without_bound_is_refused_with_the_reason
     with pytest.raises(QueryFault) as refused:
         refine_optimum(study, {name: cube})
     assert "grows without bound: nothing dissipates the energy" in str(refused.value)
-    assert str(refused.value).endswith("Next: a structure with damping, or friction above γ_F = π/4.")
+    assert refused.value.fault.field == "damping_ratio"
+    assert str(refused.value).endswith("Give the structure damping, or friction above γ_F = π/4.")
 
 
 def test_a_class_boundary_is_found_where_friction_locks_the_mass():

@@ -238,6 +238,16 @@ def test_a_response_without_bound_is_the_first_thing_said():
     assert "damperlab run" in optimal_designs(cube).attrs["brief"]["next"]
 
 
+def test_limits_that_leave_no_design_are_named_with_the_remedy():
+    cube = made([1.0, 2.0, np.nan])
+    cube["impact_speed_max"] = cube["amplitude_ratio"].fillna(0.0)
+    cube["status"].values[..., 2, :] = Status.TOO_MANY_EVENTS
+    answer = optimal_designs(cube, Judging(max_impact_speed=0.5))
+    why = "1 failed at a judged frequency, 2 impact faster than allowed"
+    assert answer.attrs["verdict"] == [f"None of the 3 designs qualifies: {why}."]
+    assert answer.attrs["brief"]["next"] == "allow faster impacts."
+
+
 def test_a_response_that_is_not_resolved_has_impacts_only_where_the_particle_strikes():
     modulated = ResponseClass.MODULATED
     cube = made([1.0, 1.2, 1.4], errors=1e-9, kinds=modulated)

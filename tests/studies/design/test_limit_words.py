@@ -21,6 +21,7 @@ from damperlab.studies.design.book import Book, Wanted
 from damperlab.studies.design.build import Build
 from damperlab.studies.design.builds import SEED
 from damperlab.studies.design.found import Found
+from damperlab.studies.design.margins import Margin
 from damperlab.studies.design.score import score
 from damperlab.studies.design.search import FEW
 from damperlab.studies.design.space import amplitudes_of
@@ -98,6 +99,16 @@ def test_every_limit_is_told_with_what_is_allowed_and_what_is_built(limited: Fou
     assert "30 N of the 30 N" in words
     assert "12 mm of the 500 mm" in words
     json.dumps(answer, allow_nan=False)
+
+
+def test_an_end_at_which_nothing_failed_is_called_the_end_of_what_was_examined() -> None:
+    ends = [(None, 84.0), (36.0, None), (36.0, 100.0)]
+    spans = [Margin(48.0, 84.0, *beyond).span("{:g} N".format) for beyond in ends]
+    assert spans == [
+        "48 N (the lowest examined) to 84 N",
+        "48 N to 84 N (the highest examined)",
+        "48 N to 84 N",
+    ]
 
 
 @pytest.mark.night
