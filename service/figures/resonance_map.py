@@ -149,7 +149,7 @@ def _stars(
     kinds = answer["response_class"].values if "response_class" in answer else np.full(shown.shape, -1)
     quiet = np.isin(kinds, QUIET) | ~_weighs(answer, shown)
     stars = []
-    acting = f"best with impacts{_where(answer)}"
+    acting = f"best that strikes{_where(answer)}" if _where(answer) else "best with impacts"
     rounds = (
         ("optimum", kinds == ResponseClass.LOCKED, VERMILION, "white"),
         (acting, quiet, "white", VERMILION),

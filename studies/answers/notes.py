@@ -1,6 +1,7 @@
 """Sentences for the notes of answers, with quantities as ratios or in physical units."""
 
 from collections.abc import Iterable, Mapping
+from math import floor
 from typing import Any
 
 from damperlab.studies.answers.phrases import AMPLITUDE, FREQUENCY, Phrases
@@ -63,7 +64,7 @@ def sentence_of(note: Note, phrases: Phrases) -> str:
         case "incomplete":
             if "reduce" in known:
                 return f"Not everything is computed: the {known['reduce']} is taken over the points so far."
-            return f"So far: {known['complete']:.0%} of the designs are computed."
+            return f"Only {share(known['complete'])} of the designs are computed, so nothing is recommended yet."
         case "failed":
             return "Where a point failed, for example with an unbounded response, the largest value is not known."
         case "missing":
@@ -110,6 +111,11 @@ def sentence_of(note: Note, phrases: Phrases) -> str:
             what = f"{known['below']} to {known['above']}"
             return f"The response along {phrases.label(along)} changes from {what} between {low} and {high}."
     raise KeyError(note.kind)
+
+
+def share(complete: float) -> str:
+    """Write the computed share of a study in per cent, rounded down, so that only a complete study has 100 %."""
+    return f"{floor(1000 * complete) / 10:g} %"
 
 
 def friction_allowed(note: Note) -> tuple[str, str]:

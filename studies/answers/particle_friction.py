@@ -13,7 +13,7 @@ from damperlab.studies.answers.excited import definition_of
 from damperlab.studies.answers.follow_up import Refinement, follow_up, named
 from damperlab.studies.answers.largest_acceleration import ACCELERATION
 from damperlab.studies.answers.leading import leading
-from damperlab.studies.answers.notes import friction_allowed
+from damperlab.studies.answers.notes import friction_allowed, share
 from damperlab.studies.answers.optimal_designs import optimal_designs
 from damperlab.studies.answers.query_fault import refused
 from damperlab.studies.answers.suite import worst_cases
@@ -123,7 +123,7 @@ def _obstacle(
             f"write `{MADE_BY[PARTICLE_FRICTION]}` into the suite",
         )
     if (complete := ranked.attrs["complete"]) < 1:
-        found = f"a study of which {complete:.0%} of the designs are computed"
+        found = f"a study of which {share(complete)} of the designs are computed"
         return _Obstacle("study", found, "a complete study", "compute the rest first")
     if lead is None:
         found, advice = "a study without a design that qualifies", "relax the limits of the question"

@@ -111,7 +111,8 @@ def refine_optimum(
     clamped = is_clamped({name: best[name].values[0] for name in ("value", "locked_share", "impact_share")})
     lead = found | {"study": str(best["study"].values[0])}
     hidden = hidden_peaks(parent, asked, best, lead, cubes)
-    short = _brief(study, parent, found, steps, int(spent["points"]), clamped, bool(hidden))
+    complete = float(best.attrs["complete"])
+    short = _brief(study, parent, found, steps, int(spent["points"]), clamped, bool(hidden), complete)
     g = acceleration_of(found, asked, cubes[lead["study"]])
     if math.isfinite(g):
         cavity = left_open(study.document()) if best["impact_share"].values[0] > 0.0 else []
@@ -180,6 +181,7 @@ def _brief(
     points: int,
     clamped: bool,
     hides: bool,
+    complete: float,
 ) -> Brief:
     """Describe the optimum and its error, and say whether it lies inside the ranges."""
     phrases = Phrases.of(cube)
@@ -197,7 +199,9 @@ def _brief(
         f"{phrases.symbol(name)} ± {phrases.value(name, step, '.3g')}" for name, step in steps.items()
     )
     danger = "Friction clamps the structure to its base at this optimum." if clamped else ""
-    if cube.sizes[FREQUENCY] == 1:
+    if complete < 1:
+        danger = sentence_of(Note("incomplete", "danger", {"complete": complete}), phrases)
+    elif cube.sizes[FREQUENCY] == 1:
         only = Note("one_frequency", "danger", {FREQUENCY: found[FREQUENCY], "computed": True})
         danger = sentence_of(only, phrases)
     elif hides:

@@ -15,6 +15,7 @@ from damperlab.studies.answers.judging import say_left_out
 from damperlab.studies.answers.largest_acceleration import LARGEST, acceleration_g, acceleration_row
 from damperlab.studies.answers.linear_peaks import LinearPeaks
 from damperlab.studies.answers.nearness import nearest_place
+from damperlab.studies.answers.notes import share
 from damperlab.studies.answers.phrases import Phrases
 from damperlab.studies.answers.query_fault import check_question, refused
 from damperlab.studies.answers.selection import (
@@ -332,13 +333,16 @@ def _brief(
 
     value, design, where = spelled(0)
     complete = answer.attrs["complete"]
-    sentences = [f"So far: {complete:.0%} of the points are computed."] if complete < 1 else []
+    if complete < 1:
+        told = f"Only {share(complete)} of the points are computed, so nothing is recommended yet."
+        rows = [("least so far", value, design), *linear.rows(valued, mass_of, False)]
+        return Brief(None, (told,), tuple(rows), command("run", name_of(cube)))
     best = f"{design or 'the only one'}. At worst {value}{f', at {where}' if where else ''}."
     beaten = linear.beats(float(values[0]))
     if beaten:
         of = mass_of(linear.mass_ratio)
         best = f"A tuned mass damper of {of} does better: at worst {valued(linear.tuned)}. The study's best: {best}"
-    sentences.append(best if beaten else f"Best damper: {best}")
+    sentences = [best if beaten else f"Best damper: {best}"]
     if ends:
         sentences.append(f"It lies at the end of {listed(map(phrases.symbol, ends))}.")
     kind = _kind(answer)
@@ -351,8 +355,9 @@ def _brief(
         cavity = left_open(definition_of(cube)) if kind in ("hybrid", "particle_alone") else []
         whose = "with the study's damper" if beaten else LARGEST
         rows.append(acceleration_row(answer.attrs["acceleration_g"], cavity, whose))
-    following = say_beyond(ends, phrases) if complete == 1 else command("run", name_of(cube))
-    return Brief("tuned_mass_damper" if beaten else kind, tuple(sentences), tuple(rows), following)
+    return Brief(
+        "tuned_mass_damper" if beaten else kind, tuple(sentences), tuple(rows), say_beyond(ends, phrases)
+    )
 
 
 def _kind(answer: "xr.Dataset") -> Damper:

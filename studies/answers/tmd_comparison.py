@@ -170,7 +170,7 @@ def tmd_comparison(
     answer.attrs["judged"] = is_judged(answer)
     notes = notes_of(cube, answer)
     if lead.complete < 1.0:
-        notes.append(Note("incomplete", "caution", {"complete": lead.complete}))
+        notes.append(Note("incomplete", "danger", {"complete": lead.complete}))
     design = {
         name: float(answer[name])
         for name in (*BEFORE, *kind_of(cube.sizes).designs)

@@ -138,12 +138,15 @@ def brief_of(
             )
         if damper == "tuned_mass_damper":
             told = f"Use a tuned mass damper, {_tuned(found, phrases)}: {better} against {least}{other}, {apart}."
-    hides = ""
-    if "hidden_peak" in notes:
+    hides = so_far = ""
+    if "incomplete" in notes:
+        damper, so_far = None, sentence_of(notes["incomplete"], phrases)
+        told = f"So far the study's best reaches {ours}, a tuned mass damper {theirs}."
+        following = command("run", study)
+    elif "hidden_peak" in notes:
         if found["judged"]:
             hides = "Between the frequencies computed the study's peak may be more than a tenth higher."
         following = f"compute {advised_axis(notes['hidden_peak'].values, phrases)}."
-    so_far = sentence_of(notes["incomplete"], phrases) if "incomplete" in notes else ""
     rows = _rows(answer, varied, (ours, theirs), phrases)
     if _strikes(answer) and (cavity := left_open(definition_of(cube))):
         rows += (("assumed", "", f"{', '.join(cavity)} cavity of the study's damper"),)

@@ -299,7 +299,7 @@ class _Known:
             notes.append(self.linear.note())
         notes.extend(self.peaks)
         if self.complete < 1:
-            notes.append(Note("incomplete", "caution", {"complete": self.complete}))
+            notes.append(Note("incomplete", "danger", {"complete": self.complete}))
         if cut := 0 if self.homes else _cut_off(self.cube, self.question, best):
             notes.append(Note("cut_off", "caution", {"responses": cut, "of": size}))
         ends = _ends(self.cube, self.flat, best)
@@ -326,23 +326,11 @@ class _Known:
     def brief(self, phrases: Phrases) -> Brief:
         """Write the short answer."""
         kinds = {note.kind: note for note in self.notes}
-        if "one_frequency" in kinds:
-            only = kinds["one_frequency"]
-            at = f"at {phrases.equal(FREQUENCY, only.values[FREQUENCY], '.4g')}"
-            rows = [("least", self._value(self.lead, phrases), self._design(self.lead, phrases, True))]
-            rows += self._idle_row(phrases) + self._acceleration()
-            rows = [
-                (f"{name} {at}" if n == 0 else name, value, what)
-                for n, (name, value, what) in enumerate(rows)
-            ]
-            on = (
-                say_next(phrases)
-                if only.values["computed"]
-                else "judge by the peak over the band (--objective peak)."
-            )
-            return Brief(None, (sentence_of(only, phrases),), tuple(rows), on)
+        undecided = [kinds[kind] for kind in ("incomplete", "one_frequency") if kind in kinds]
+        if undecided:
+            return self._undecided(undecided, phrases)
         damper, decision = self._decision(phrases)
-        sentences = [sentence_of(kinds["incomplete"], phrases)] if "incomplete" in kinds else []
+        sentences = []
         if self.unsure is not None:
             sentences.append(
                 f"Not known which damper is best: {PEAK_BETWEEN[:1].lower()}{PEAK_BETWEEN[1:-1]}; compute "
@@ -365,6 +353,20 @@ class _Known:
             tuple(self._rows(damper, phrases)),
             self._next(phrases),
         )
+
+    def _undecided(self, why: list[Note], phrases: Phrases) -> Brief:
+        """Say why nothing is recommended, and name the best design so far."""
+        least, first = "least", why[0].values
+        following = command("run", name_of(self.cube))
+        if self.complete < 1:
+            least += " so far"
+        else:
+            least += f" at {phrases.equal(FREQUENCY, first[FREQUENCY], '.4g')}"
+            band = "judge by the peak over the band (--objective peak)."
+            following = say_next(phrases) if first["computed"] else band
+        rows = [(least, self._value(self.lead, phrases), self._design(self.lead, phrases, True))]
+        rows += self._idle_row(phrases) + self._linear_rows(phrases) + self._acceleration()
+        return Brief(None, tuple(sentence_of(each, phrases) for each in why), tuple(rows), following)
 
     def _decision(self, phrases: Phrases) -> tuple[Damper, str]:
         lead = self.lead
@@ -427,13 +429,17 @@ class _Known:
             name = place if row["value"] > self.lead["value"] else EQUAL
             rows.append((name, self._value(row, phrases), self._design(row, phrases) + idle))
         beaten = damper == "tuned_mass_damper"
-        rows += self.linear.rows(
+        rows += self._linear_rows(phrases, beaten)
+        whose = "with the study's damper" if beaten else LARGEST
+        return rows + self._acceleration(whose)
+
+    def _linear_rows(self, phrases: Phrases, beaten: bool = False) -> list[tuple[str, str, str]]:
+        """Return the rows of the tuned mass damper and of the structure without damper."""
+        return self.linear.rows(
             lambda peak: phrases.value(METRIC, peak, ".3g"),
             lambda mass: phrases.equal("mass_ratio", mass, ".3g"),
             beaten,
         )
-        whose = "with the study's damper" if beaten else LARGEST
-        return rows + self._acceleration(whose)
 
     def _acceleration(self, whose: str = LARGEST) -> list[tuple[str, str, str]]:
         """Return the row with the acceleration of the structure and the assumptions about the cavity."""
@@ -450,8 +456,6 @@ class _Known:
 
     def _next(self, phrases: Phrases) -> str:
         study = name_of(self.cube)
-        if self.complete < 1:
-            return command("run", study)
         for hidden in self.peaks:
             if hidden.values["recommended"]:
                 return f"compute {advised_axis(hidden.values, phrases)}."

@@ -105,7 +105,7 @@ def test_the_second_star_of_a_map_over_the_frequency_says_that_it_knows_the_wors
     over = a_map(study, over="frequency_ratio")
     first, second = labels(draw_map(over, "amplitude_ratio"))
     assert first.startswith("optimum: 5 at")
-    assert second.startswith("best with impacts where it is largest: 6 at")
+    assert second.startswith("best that strikes where it is largest: 6 at")
 
 
 def test_a_map_of_a_study_without_a_particle_has_no_star_of_impacts() -> None:

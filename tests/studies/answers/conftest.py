@@ -60,3 +60,10 @@ def cube(filled: tuple[Store, str]) -> xr.Dataset:
 def whole(cube: xr.Dataset) -> xr.Dataset:
     """The same in memory, for the plain computation that an answer is compared with."""
     return cube.copy(deep=True).load()
+
+
+@pytest.fixture
+def finished(cube: xr.Dataset) -> xr.Dataset:
+    """The same cube, in which the points that were not computed have failed."""
+    waiting = cube["status"] == Status.NOT_COMPUTED
+    return cube.assign(status=cube["status"].where(~waiting, Status.TOO_MANY_EVENTS))

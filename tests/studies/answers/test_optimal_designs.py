@@ -99,7 +99,17 @@ def test_what_was_left_out_is_counted_and_said(cube, whole):
     assert "6 frequencies from r = 0.7 to 1.25" in answer.attrs["note"]
 
 
-def test_a_single_frequency_is_no_judgement_over_a_band_and_the_answer_says_so(cube):
+def test_a_study_of_which_a_part_is_computed_recommends_nothing(cube):
+    brief = optimal_designs(cube).attrs["brief"]
+    assert brief["damper"] is None
+    assert brief["sentences"][0].startswith("Only ")
+    assert brief["sentences"][0].endswith("of the designs are computed, so nothing is recommended yet.")
+    assert brief["rows"][0][0] == "least so far"
+    assert brief["next"] == "damperlab run answers"
+
+
+def test_a_single_frequency_is_no_judgement_over_a_band_and_the_answer_says_so(cube, finished):
+    cube = finished
     alone = cube.isel(frequency_ratio=[3])
     for objective in ("resonance", "peak", "band_mean", "band_rms"):
         answer = optimal_designs(alone, Judging(objective))

@@ -142,7 +142,7 @@ REFUSED: list[tuple[str, str, Ask]] = [
         "",
         lambda cube: refine_optimum(study_of(cube), {"a": cube}, Search(value_tolerance=2.0)),
     ),
-    ("refine", "", lambda cube: refine_optimum(study_of(cube), empty(cube))),
+    ("study", "compute the rest", lambda cube: refine_optimum(study_of(cube), empty(cube))),
     ("along", "", lambda cube: refine_boundary(study_of(cube), {"a": cube}, "clearance", {})),
     ("boundary", "", lambda cube: refine_boundary(study_of(cube), {"a": cube}, "mass_ratio", {})),
     ("boundary", "", lambda cube: refine_boundary(study_of(cube), empty(cube), PLANE[1], {})),

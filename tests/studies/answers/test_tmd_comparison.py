@@ -245,7 +245,15 @@ def test_what_is_not_named_of_a_design_is_that_of_the_best_and_it_is_said():
     assert "among those with the named values: γ_F = " in partly.attrs["note"]
 
 
-def test_at_one_frequency_nothing_is_said_to_be_better(cube):
+def test_of_a_study_of_which_a_part_is_computed_neither_damper_is_recommended(cube):
+    brief = tmd_comparison(cube).attrs["brief"]
+    assert brief["damper"] is None
+    assert "so nothing is recommended yet." in brief["sentences"][0]
+    assert brief["next"] == "damperlab run answers"
+
+
+def test_at_one_frequency_nothing_is_said_to_be_better(finished):
+    cube = finished
     computed = np.flatnonzero(np.isfinite(tmd_comparison(cube)["hybrid"].values))
     alone = tmd_comparison(cube.isel(frequency_ratio=computed[:1])).attrs
     assert alone["next_frequencies"] == {"start": 0.8, "stop": 1.25, "num": 19}
