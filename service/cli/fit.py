@@ -151,7 +151,7 @@ def fit(
         with working(lambda: f"Fitting, {computed[0]} {way.computed} computed"):
             fitted = way.fit(question, lambda number: computed.__setitem__(0, number))
         if study is not None:
-            write_study(fitted.study(), study)
+            write_study(fitted, study)
         if output is not None:
             way.write(fitted, output)
         if as_json:

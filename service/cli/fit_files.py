@@ -3,7 +3,7 @@
 import json
 from collections.abc import Callable
 from pathlib import Path
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING
 
 from damperlab.service.cli.documents import DOCUMENTS, check_document, write_document
 from damperlab.service.cli.options import check_file
@@ -54,13 +54,14 @@ def _write(output: Path, draw: "Callable[[], Figure]", report: Callable[[], str]
     note(f"Wrote {output}.")
 
 
-def write_study(document: dict[str, Any], path: Path) -> None:
+def write_study(fitted: "Fitted | FittedHistory", path: Path) -> None:
     """Write the definition of a study with the fitted prototype to a file."""
     import yaml
 
+    document = fitted.study()
     if path.suffix == ".json":
         text = json.dumps(document, indent=2, ensure_ascii=False) + "\n"
     else:
         text = yaml.safe_dump(document, allow_unicode=True, sort_keys=False)
     make_parent(path).write_text(text, encoding="utf-8")
-    note(f"Wrote {path}; `damperlab run {path}` computes it.")
+    note(f"Wrote {path}; `damperlab run {path}` computes it. {fitted.chosen}".rstrip())

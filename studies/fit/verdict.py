@@ -123,10 +123,10 @@ def _one_sided(estimates: Sequence[Estimate]) -> Iterator[str]:
 def _not_told_apart(pairs: Sequence[tuple[str, str, float]]) -> Iterator[str]:
     """Name the pairs of parameters that the data cannot separate."""
     for first, second, correlation in pairs:
-        way = "rise" if correlation > 0 else "fall"
+        way = "both rise" if correlation > 0 else "one rises and the other falls"
         yield (
-            f"The data cannot tell {first} and {second} apart: when one rises, the other may {way} with it and the response "
-            f"stays the same (correlation {correlation:.3f}). Measure one of them on its own."
+            f"The data cannot tell {first} and {second} apart: the response stays the same if {way} "
+            f"(correlation {correlation:.3f}). Measure one of them on its own."
         )
 
 
@@ -205,10 +205,13 @@ def _stretch(fitted: FittedHistory) -> Iterator[str]:
     if fitted.whole:
         yield f"The complete history is used, {whole:.4g} s: the response is predictable throughout."
         return
-    yield (
-        f"The first {fitted.stretch_s:.4g} s of {whole:.4g} s are used. Beyond that, either impacts make the response "
-        "depend so steeply on the parameters that agreement would be chance, or the model agrees less well."
-    )
+    beyond = "the model agrees less well"
+    if fitted.question.particle:
+        beyond = (
+            "either impacts make the response depend so steeply on the parameters that agreement would be chance, or "
+            f"{beyond}"
+        )
+    yield f"The first {fitted.stretch_s:.4g} s of {whole:.4g} s are used. Beyond that, {beyond}."
 
 
 def _history_agreement(fitted: FittedHistory) -> str:
@@ -222,6 +225,6 @@ def _history_agreement(fitted: FittedHistory) -> str:
 def _correlated(fitted: FittedHistory) -> Iterator[str]:
     if fitted.correlated > CORRELATED:
         yield (
-            "The residuals are correlated from sample to sample: the noise is not white, or the model is "
-            f"not quite right. For this reason intervals are up to {fitted.correlated:.2g} times as wide."
+            "The residuals of successive samples are correlated: the noise is not white, or the model lacks "
+            f"something. The intervals are therefore up to {fitted.correlated:.2g} times as wide."
         )

@@ -11,6 +11,7 @@ from damperlab.studies.faults import Fault, StudyFaults
 from damperlab.studies.fit.fitted import CURVE_VALUES, Outcome
 from damperlab.studies.fit.history.question import RELEASE, Column, History, HistoryQuestion
 from damperlab.studies.fit.question import study_document
+from damperlab.studies.spelling import spelled
 
 BAND = 0.8, 1.25
 """Band of the study, as multiples of the natural frequency. The band includes the resonance of M + m for m/M ≤ 0.5."""
@@ -43,6 +44,15 @@ class FittedHistory(Outcome):
     def study(self) -> dict[str, Any]:
         """Write the prototype as a study over a band around the natural frequency; see `harmonic_document`."""
         return harmonic_document(self.question, self.values)
+
+    @property
+    def chosen(self) -> str:
+        """What `study` contains that was neither given nor measured, as a sentence."""
+        amplitude = spelled(self.study()["physical"]["base_amplitude_m"], "m", 3)
+        return (
+            f"`base_amplitude_m` ({amplitude}) was not given: with it the prototype moves about as much as in the "
+            "measurement. Replace it by the excitation that you want to know."
+        )
 
     @property
     def stretch_s(self) -> float:

@@ -147,6 +147,9 @@ def test_friction_and_damping_of_a_free_decay_are_told_apart_and_chi_square_agre
     assert fitted.alike == []
     assert fitted.probability > 1e-3
     assert "chi-square" in " ".join(verdict_of_history(fitted))
+    # without a particle no impacts end the part that is used
+    assert "impacts" not in " ".join(verdict_of_history(replace(fitted, rows=fitted.rows - 1)))
+    assert "`base_amplitude_m` (" in fitted.chosen
 
 
 def test_friction_of_the_particle_is_found_in_a_decay() -> None:

@@ -5,14 +5,13 @@ minima. So parameters are first fitted to a short beginning of the history. The 
 from the best parameter sets of the previous beginning.
 """
 
-from collections.abc import Callable
-
 import numpy as np
 
 from damperlab.studies.faults import Fault, StudyFaults
 from damperlab.studies.fit.history.fitted import FittedHistory
 from damperlab.studies.fit.history.question import HistoryQuestion
 from damperlab.studies.portable import log1p
+from damperlab.worker.fit.archive import Progress
 from damperlab.worker.fit.history.beginning import Beginning
 from damperlab.worker.fit.history.march import scenes_of
 from damperlab.worker.fit.history.spread import Spread, spread_at
@@ -40,7 +39,7 @@ NEAR = 0.1
 """Residual that counts as 1 in the coarse search, as a fraction of the largest displacement."""
 
 
-def fit_history(question: HistoryQuestion, progress: Callable[[int], None] | None = None) -> FittedHistory:
+def fit_history(question: HistoryQuestion, progress: Progress | None = None) -> FittedHistory:
     """Estimate the parameters of a prototype from a time history.
 
     Parameters

@@ -1,6 +1,5 @@
 """Computes the residuals of a time history, and minimises their squares over a beginning of the history."""
 
-from collections.abc import Callable
 from dataclasses import dataclass
 
 import numpy as np
@@ -8,6 +7,7 @@ from numpy.typing import NDArray
 
 from damperlab.studies.fit.history.question import HistoryQuestion
 from damperlab.studies.portable import product
+from damperlab.worker.fit.archive import Progress
 from damperlab.worker.fit.history.march import displacement
 from damperlab.worker.fit.singular_values import principal
 
@@ -52,7 +52,7 @@ class Trials:
         Function called with the number of computed histories.
     """
 
-    def __init__(self, question: HistoryQuestion, progress: Callable[[int], None] | None) -> None:
+    def __init__(self, question: HistoryQuestion, progress: Progress | None) -> None:
         self.question = question
         measured = question.measured
         # without a given deviation, the unit of all residuals is a fraction of the largest displacement
