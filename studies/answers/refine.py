@@ -20,7 +20,7 @@ from damperlab.studies.answers.follow_up import Refinement, follow_up, spent_on
 from damperlab.studies.answers.hidden_peak import PEAK_BETWEEN, hidden_peaks
 from damperlab.studies.answers.largest_acceleration import acceleration_of, acceleration_row
 from damperlab.studies.answers.nearness import nearest_place
-from damperlab.studies.answers.notes import friction_allowed, over_budget, sentence_of
+from damperlab.studies.answers.notes import friction_allowed, over_budget, sentence_of, share
 from damperlab.studies.answers.optimal_designs import merged_designs
 from damperlab.studies.answers.particle_friction import friction_note, study_with_friction
 from damperlab.studies.answers.phrases import Phrases
@@ -90,6 +90,9 @@ def refine_optimum(
     best = merged_designs(cubes, judging, 1)
     if best.sizes["rank"] == 0:
         raise QueryFault(none_left(parent, asked, best.attrs))
+    if (complete := best.attrs["complete"]) < 1:
+        told = f"Only {share(complete)} of the designs are computed, so it is not known where a better one may lie."
+        raise refused("study", f"{share(complete)} of the designs", "all designs", "compute the rest first", told)
     found: dict[str, Any] = {
         name: float(best[name].values[0]) for name in (*asked.design, FREQUENCY, "value", "error")
     }
@@ -111,8 +114,7 @@ def refine_optimum(
     clamped = is_clamped({name: best[name].values[0] for name in ("value", "locked_share", "impact_share")})
     lead = found | {"study": str(best["study"].values[0])}
     hidden = hidden_peaks(parent, asked, best, lead, cubes)
-    complete = float(best.attrs["complete"])
-    short = _brief(study, parent, found, steps, int(spent["points"]), clamped, bool(hidden), complete)
+    short = _brief(study, parent, found, steps, int(spent["points"]), clamped, bool(hidden))
     g = acceleration_of(found, asked, cubes[lead["study"]])
     if math.isfinite(g):
         cavity = left_open(study.document()) if best["impact_share"].values[0] > 0.0 else []
@@ -181,7 +183,6 @@ def _brief(
     points: int,
     clamped: bool,
     hides: bool,
-    complete: float,
 ) -> Brief:
     """Describe the optimum and its error, and say whether it lies inside the ranges."""
     phrases = Phrases.of(cube)
@@ -199,9 +200,7 @@ def _brief(
         f"{phrases.symbol(name)} ± {phrases.value(name, step, '.3g')}" for name, step in steps.items()
     )
     danger = "Friction clamps the structure to its base at this optimum." if clamped else ""
-    if complete < 1:
-        danger = sentence_of(Note("incomplete", "danger", {"complete": complete}), phrases)
-    elif cube.sizes[FREQUENCY] == 1:
+    if cube.sizes[FREQUENCY] == 1:
         only = Note("one_frequency", "danger", {FREQUENCY: found[FREQUENCY], "computed": True})
         danger = sentence_of(only, phrases)
     elif hides:

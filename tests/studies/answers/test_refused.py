@@ -143,6 +143,7 @@ REFUSED: list[tuple[str, str, Ask]] = [
         lambda cube: refine_optimum(study_of(cube), {"a": cube}, Search(value_tolerance=2.0)),
     ),
     ("study", "compute the rest", lambda cube: refine_optimum(study_of(cube), empty(cube))),
+    ("study", "% of the designs", lambda cube: refine_optimum(study_of(cube), {"a": cube})),
     ("along", "", lambda cube: refine_boundary(study_of(cube), {"a": cube}, "clearance", {})),
     ("boundary", "", lambda cube: refine_boundary(study_of(cube), {"a": cube}, "mass_ratio", {})),
     ("boundary", "", lambda cube: refine_boundary(study_of(cube), empty(cube), PLANE[1], {})),
