@@ -78,15 +78,7 @@ def delete(
 
 
 @designs.command("undelete")
-def undelete(
-    design: Annotated[
-        str,
-        typer.Argument(
-            metavar="DESIGN", help="Id of a deleted design, from `damperlab designs list --trash`."
-        ),
-    ],
-    data_dir: DataDir = None,
-) -> None:
-    """Restore a design from the trash."""
+def undelete(design: DesignId, data_dir: DataDir = None) -> None:
+    """Restore a design from the trash, which `damperlab designs list --trash` lists."""
     kept = settings_of(data_dir).designs.undelete(design)
     note(f"Design {label(kept)} is restored.")

@@ -113,22 +113,22 @@ class Shelf:
         DesignNotFound
             If no design matches, or several designs match.
         """
-        if reference in (ids := self.ids()):
-            return self.get(reference)
-        found = {each.id for each in self.every() if reference and each.name == reference}
-        if not found and len(reference) >= FIRST_DIGITS:
-            found = {each for each in ids if each.startswith(reference)}
+        found = self._matching(reference, trash=False)
         if len(found) == 1:
             return self.get(found.pop())
-        many = f"{describe(reference)}, which matches {len(found)} designs"
         if reference in self._in_trash():
             return self.get(reference)  # raises an error that mentions the trash
-        raise DesignNotFound(
-            "design",
-            many if found else describe(reference),
-            "the id of one design",
-            WHERE,
-        )
+        raise DesignNotFound("design", _matched(reference, found), "the id of one design", WHERE)
+
+    def _matching(self, reference: str, trash: bool) -> set[str]:
+        """Return the ids of the designs with an id, else with a name, else with first digits of the id."""
+        ids = self._in_trash() if trash else self.ids()
+        if reference in ids:
+            return {reference}
+        found = {each.id for each in self.every(trash) if reference and each.name == reference}
+        if not found and len(reference) >= FIRST_DIGITS:
+            found = {each for each in ids if each.startswith(reference)}
+        return found
 
     def get(self, design_id: str) -> Kept:
         """Return the design with the complete id `design_id`.
@@ -302,27 +302,26 @@ class Shelf:
         else:
             self.remove(kept.id)
 
-    def trashed(self, design_id: str) -> Kept:
-        """Return a deleted design that can be restored, by its complete id; raise `DesignNotFound` if there is none."""
-        if design_id in self._in_trash():
-            return self._kept(design_id)
-        allowed, advice = (
-            "the whole id of a design in the trash",
-            "`damperlab designs list --trash` lists them",
-        )
-        told = f"Design {printable(design_id)} is not in the trash."
-        raise DesignNotFound("design", describe(design_id), allowed, advice, told)
+    def trashed(self, reference: str) -> Kept:
+        """Find a deleted design that can be restored, in the same way as `find`."""
+        found = self._matching(reference, trash=True)
+        if len(found) == 1:
+            return self._kept(found.pop())
+        advice = "`damperlab designs list --trash` lists them"
+        told = "" if found else f"Design {printable(reference)} is not in the trash."
+        allowed = "the id of one design in the trash"
+        raise DesignNotFound("design", _matched(reference, found), allowed, advice, told)
 
-    def undelete(self, design_id: str) -> Kept:
-        """Restore a design from the trash.
+    def undelete(self, reference: str) -> Kept:
+        """Restore a design from the trash, which is found in the same way as by `find`.
 
         Raises
         ------
         DesignNotFound
-            If the design is not in the trash.
+            If no design in the trash matches, or several match.
         """
-        kept = self.trashed(design_id)
-        self._folder.at(design_id).remove(TRASH)
+        kept = self.trashed(reference)
+        self._folder.at(kept.id).remove(TRASH)
         return kept
 
     def bury(self) -> None:
@@ -416,6 +415,10 @@ class DesignBusy(StoreFault):
 
 class DesignsFull(StoreFault):
     """No more designs can be stored."""
+
+
+def _matched(reference: str, found: set[str]) -> str:
+    return f"{describe(reference)}, which matches {len(found)} designs" if found else describe(reference)
 
 
 def _unknown(design_id: str) -> DesignNotFound:

@@ -130,7 +130,10 @@ def test_a_design_comes_back_from_the_trash_as_it_was(shelf: Shelf, asked: Speci
         with pytest.raises(DesignNotFound, match="in the trash until"):
             look(design_id)
     shelf.bury()  # what may still be restored stays
-    assert shelf.undelete(design_id) == shelf.get(design_id) == kept
+    for reference in (design_id, kept.name, design_id[:6]):
+        assert shelf.undelete(reference) == shelf.get(design_id) == kept
+        shelf.delete(kept, trash=True)
+    shelf.undelete(design_id)
     assert shelf.every(trash=True) == []
     assert shelf.answer(design_id) == {"words": ["a"]}
     with pytest.raises(DesignNotFound, match="is not in the trash"):
