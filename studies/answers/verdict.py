@@ -404,7 +404,9 @@ class _Known:
     def _reached(self, value: str, phrases: Phrases) -> str:
         """State the value that the recommended damper reaches."""
         if self.question.objective == "peak":
-            return f"That keeps {phrases.symbol(METRIC)} within {value}."
+            r = self.question.frequencies
+            span = phrases.span(FREQUENCY, float(r[0]), float(r[-1]), ".4g")
+            return f"That keeps {phrases.symbol(METRIC)} within {value} at {r.size:,} frequencies, {span}."
         return f"It reaches {value}."
 
     def _breaks(self, phrases: Phrases) -> str:

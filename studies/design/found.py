@@ -3,6 +3,7 @@
 from dataclasses import dataclass
 from functools import cached_property
 
+from damperlab.studies.brief import Damper
 from damperlab.studies.design.absorber import Beside, tuned_beside
 from damperlab.studies.design.alternatives import Alternative
 from damperlab.studies.design.book import Book
@@ -82,13 +83,24 @@ class Found:
     left_out: tuple[str, ...]
 
     @property
-    def others(self) -> dict[str, Alternative]:
+    def others(self) -> dict[Damper, Alternative]:
         """The alternatives of another kind than the damper found."""
-        lacks = {
-            "friction_alone": self.build.particle_mass_kg == 0.0,
-            "particle_alone": self.build.friction_force_n == 0.0,
+        return {
+            kind: self.alternatives[kind] for kind in self._other_kinds if kind in self.alternatives
         }
-        return {name: each for name, each in self.alternatives.items() if not lacks[name]}
+
+    @property
+    def not_compared(self) -> list[Damper]:
+        """The other kinds of damper that the budget did not cover."""
+        return [kind for kind in self._other_kinds if kind not in self.alternatives]
+
+    @property
+    def _other_kinds(self) -> list[Damper]:
+        parts: dict[Damper, float] = {
+            "friction_alone": self.build.particle_mass_kg,
+            "particle_alone": self.build.friction_force_n,
+        }
+        return [kind for kind, part in parts.items() if part]
 
     @property
     def largest(self) -> float:

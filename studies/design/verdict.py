@@ -442,14 +442,16 @@ def _rows(found: Found, damper: Damper, bare: float | None) -> Iterator[tuple[st
             _value(asked, tuned.value),
             f"{_tuned(asked, tuned)}; {_detuned(asked, tuned)}{exceeds}",
         )
-    for name, each in found.others.items():
-        kind: Damper = "friction_alone" if name == "friction_alone" else "particle_alone"
+    for kind, each in found.others.items():
         if kind != damper:
             yield (
                 CALLED[kind],
                 _value(asked, each.score.value),
                 damper_words(asked, each.build) + _exceeds(each.score),
             )
+    if found.not_compared:
+        kinds = listed(CALLED[kind] for kind in found.not_compared)
+        yield "not compared", "", f"{kinds}: the budget was spent"
     if damper != kind_of(found.build) and asked.free:
         what = damper_words(asked, found.build)
         ends = [NAMES[name] for name in at_ends(found)]

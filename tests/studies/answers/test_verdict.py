@@ -171,6 +171,8 @@ def test_friction_that_nearly_clamps_a_structure_whose_particle_strikes_is_said(
         answer = optimal_designs(made([[1.0, value, 1.0]], kinds=kinds_of, frequencies=(0.9, 0.901, 0.902)))
         assert ("nearly_clamped" in kinds(answer)) is said
         assert any("nearly clamps" in sentence for sentence in answer.attrs["verdict"]) is said
+        # the value holds on the grid alone, which is named with it
+        assert ("within 1.2 at 3 frequencies, r = 0.9 to 0.902." in answer.attrs["verdict"][0]) is said
 
 
 def test_friction_alone_that_does_almost_as_well_as_impacts_is_said():

@@ -101,6 +101,14 @@ def test_every_limit_is_told_with_what_is_allowed_and_what_is_built(limited: Fou
     json.dumps(answer, allow_nan=False)
 
 
+def test_kinds_that_the_budget_did_not_cover_are_named(limited: Found) -> None:
+    assert set(limited.not_compared) == limited.others.keys() ^ {"friction_alone", "particle_alone"}
+    rows = [row[0] for row in verdict_of(limited)[0].rows]
+    assert ("not compared" in rows) is bool(limited.not_compared)
+    left = verdict_of(replace(limited, alternatives={}))[0].rows
+    assert ("not compared", "", "friction alone and particle alone: the budget was spent") in left
+
+
 def test_an_end_at_which_nothing_failed_is_called_the_end_of_what_was_examined() -> None:
     ends = [(None, 84.0), (36.0, None), (36.0, 100.0)]
     spans = [Margin(48.0, 84.0, *beyond).span("{:g} N".format) for beyond in ends]
