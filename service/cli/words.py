@@ -116,7 +116,7 @@ def map_brief(
     missing = f"{unknown:,} of {values.size:,} points have no value." if unknown else ""
     return Brief(
         None,
-        (f"{told[:1].upper()}{told[1:]}", missing),
+        (f"{told[:1].upper()}{told[1:]}", words_of(answer).get("studies_differ", ""), missing),
         (),
         "-o map.png, or `damperlab optimum` for one damper.",
     )

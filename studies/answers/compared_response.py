@@ -11,7 +11,7 @@ from damperlab.studies.answers.alike import alike, beside
 from damperlab.studies.answers.band import runs
 from damperlab.studies.answers.frequency_response import FREQUENCY, frequency_response
 from damperlab.studies.answers.leading import at_its_place
-from damperlab.studies.answers.phrases import Phrases, noted, said
+from damperlab.studies.answers.phrases import RATIOS, Phrases, noted, said
 from damperlab.studies.answers.query_fault import refused
 from damperlab.studies.answers.selection import check_metric, coded, main_metric
 from damperlab.studies.faults import counted, listing
@@ -79,10 +79,10 @@ def compared_response(
         ours, theirs = first[name].values, second[name].values
         # a study with particle friction or gravity may be compared with a study that has neither
         if name not in BEFORE and not np.array_equal(ours, theirs):
-            advice = f"name a study with the same {name}, or subtract their maps with `minus`"
-            had, found = spans_apart(ours, theirs)
-            told = f"{{field}} names a study with {found} of {name}, but the first study has {had}."
-            raise refused("with", f"{found} of {name}", f"{had} of {name}", advice, told)
+            of, had, found = spans_apart(str(name), (cube, ours), (other, theirs))
+            advice = f"name a study with the same {of}, or subtract their maps with `minus`"
+            told = f"The studies differ in {of}: {had} in the first, {found} in the second."
+            raise refused("with", found, had, advice, told)
     errors = _errors(cube, metric, selection) + _errors(other, metric, selection)
     a, b = first[metric].values, second[metric].values
     distance = np.abs(a - b)
@@ -125,7 +125,7 @@ def compared_response(
                 f"The two responses differ by more than {ERRORS:g} times their errors at "
                 f"{counted(int(differs.sum()), 'frequency ratio')} of {r.size}: "
                 f"{f} = {where}{phrases.unit(FREQUENCY)}. They differ most at {phrases.equal(FREQUENCY, r[place])}: "
-                f"{phrases.number(metric, a[place])} against {phrases.value(metric, b[place])}."
+                f"{phrases.pair(metric, a[place], 'against', b[place])}."
             )
         if unknown.any():
             words += f" At {counted(int(unknown.sum()), 'frequency ratio')} an error is unknown, so nothing is compared there."
@@ -141,28 +141,33 @@ def compared_response(
     return answer
 
 
-def spans_apart(ours: NDArray[Any], theirs: NDArray[Any]) -> tuple[str, str]:
-    """Describe the values of a dimension in each of two studies that have different values.
+def spans_apart(
+    name: str, ours: tuple[xr.Dataset, NDArray[Any]], theirs: tuple[xr.Dataset, NDArray[Any]]
+) -> tuple[str, str, str]:
+    """Name a dimension, and describe its values in each of two studies that have different values.
 
-    The values are described by their ends. If the two descriptions are equal, the value with the largest
-    difference is added to each.
+    The values are described by their ends, in units if both studies have units. If the two descriptions are equal,
+    the ratios are described, and the value with the largest difference is added to each.
     """
-    spans = _spanned(ours), _spanned(theirs)
-    if spans[0] != spans[1] or ours.size != theirs.size:
-        return spans
-    most = int(np.abs(ours - theirs).argmax())
+    both = [Phrases.of(cube) for cube, _ in (ours, theirs)]
+    for first, second in (both, (RATIOS, RATIOS)):
+        spans = _spanned(name, ours[1], first), _spanned(name, theirs[1], second)
+        if first.unit(name) == second.unit(name) and spans[0] != spans[1]:
+            return first.label(name), *spans
+    most = int(np.abs(ours[1] - theirs[1]).argmax())
     place = f"{spans[0]} (value {most + 1} is"
-    return f"{place} {ours.flat[most]:.16g})", f"{place} {theirs.flat[most]:.16g})"
+    apart = (f"{place} {np.atleast_1d(values).flat[most]:.16g})" for _, values in (ours, theirs))
+    return RATIOS.label(name), *apart
 
 
-def _spanned(values: NDArray[Any]) -> str:
+def _spanned(name: str, values: NDArray[Any], phrases: Phrases) -> str:
     """Describe the values of a dimension: the only value, the ends, or the names of records."""
     values = np.atleast_1d(values)
     if values.dtype.kind != "f":
         return counted(values.size, "value") + f" ({listing(values.tolist())})"
     if values.size == 1:
-        return f"the value {values[0]:.6g}"
-    return f"{values.size} values from {values[0]:.6g} to {values[-1]:.6g}"
+        return phrases.value(name, float(values[0]))
+    return f"{values.size} values from {phrases.pair(name, float(values[0]), 'to', float(values[-1]))}"
 
 
 def _errors(cube: xr.Dataset, metric: str, selection: Selection) -> NDArray[np.float64]:

@@ -57,7 +57,8 @@ def map_difference(
         `other_response_class` and `other_status` of the second study. `difference` is the first value minus the second,
         in the unit of the metric; it is NaN where a value is missing. `complete`, `points` and `points_failed` cover
         both studies together. If the two maps are taken at different values of further dimensions, `other_at` has the
-        values of the second study. `note` says where the difference is largest and how else the studies differ.
+        values of the second study. `note` says where the difference is largest and how else the studies differ;
+        `studies_differ` has the latter alone, if they differ.
 
     Raises
     ------
@@ -78,9 +79,9 @@ def map_difference(
         each.attrs[name] for each in (first, second) for name in ("over", "worst_over") if name in each.attrs
     )
     for name in (x, y):
-        _check_axis(name, first[name], second[name])
+        _check_axis(name, (cube, first[name]), (other, second[name]))
     for name in reduced:
-        _check_axis(name, cube[name], other[name])
+        _check_axis(name, (cube, cube[name]), (other, other[name]))
 
     answer = beside(first, second, metric, *_BESIDE)
     difference = first[metric].values.astype(float) - second[metric].values.astype(float)
@@ -93,7 +94,8 @@ def map_difference(
     def words(phrases: Phrases) -> dict[str, Any]:
         apart = "; ".join(_apart(cube, other, first, second, phrases))
         about = f"The studies differ in {apart}." if apart else "The studies differ in nothing else."
-        return {"note": f"{where_apart(answer, metric, phrases)} {about}"}
+        told = {"studies_differ": about} if apart else {}
+        return told | {"note": f"{where_apart(answer, metric, phrases)} {about}"}
 
     spoken = words(RATIOS)
     if "in_units" in first.attrs:
@@ -118,18 +120,20 @@ def _check_kind(cube: xr.Dataset, other: xr.Dataset, axes: tuple[str, str], metr
             raise refused(FIELD, "a study in ratios", f"a study that has {name}", advice, told)
 
 
-def _check_axis(name: str, ours: xr.DataArray, theirs: xr.DataArray) -> None:
-    mine, its = ours.values, theirs.values
+def _check_axis(
+    name: str, ours: tuple[xr.Dataset, xr.DataArray], theirs: tuple[xr.Dataset, xr.DataArray]
+) -> None:
+    mine, its = ours[1].values, theirs[1].values
     if mine.dtype.kind != "f":
         equal = np.array_equal(mine, its)
     else:
         equal = mine.size == its.size and bool(np.allclose(mine, its, rtol=1e-9, atol=0.0))
     if equal:
         return
-    had, found = spans_apart(mine, its)
-    told = f"The first study has {had} of {name}, the second {found}, so their maps cannot be subtracted."
-    advice = f"name a study with the same {name}, or a point or a range that both have"
-    raise refused(FIELD, f"{found} of {name}", had, advice, told)
+    of, had, found = spans_apart(name, (ours[0], mine), (theirs[0], its))
+    told = f"Maps cannot be subtracted if the studies differ in {of}: {had} in the first, {found} in the second."
+    advice = f"name a study with the same {of}, or a point or a range that both have"
+    raise refused(FIELD, found, had, advice, told)
 
 
 def where_apart(answer: xr.Dataset, metric: str, phrases: Phrases) -> str:
@@ -181,7 +185,7 @@ def _apart(
         if isinstance(a, str):
             yield f"{name} ({a} and {b})"
         else:
-            yield f"{phrases.label(name)} ({phrases.number(name, a)} and {phrases.value(name, b)})"
+            yield f"{phrases.label(name)} ({phrases.pair(name, a, 'and', b)})"
     one, two = (_parts(each) for each in (cube, other))
     for part in dict.fromkeys((*one, *two)):
         if part.rpartition(".")[2] not in _TOLD and one.get(part) != two.get(part):

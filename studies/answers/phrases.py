@@ -197,7 +197,14 @@ class Phrases:
         """Write a range as ``r = 0.8 to 1.25``, or ``f = 2 to 3.125 Hz``; write a range of one value as that value."""
         if low == high:
             return self.equal(name, low, form)
-        return f"{self.symbol(name)} = {self.number(name, low, form)} to {self.value(name, high, form)}"
+        return f"{self.symbol(name)} = {self.pair(name, low, 'to', high, form)}"
+
+    def pair(self, name: str, first: float, word: str, second: float, form: str = ".6g") -> str:
+        """Write two values of a quantity, as ``2 to 3.125 Hz``. Each has its unit if the units differ (mm and nm)."""
+        unit, both = self.unit(name).lstrip(), [self.value(name, each, form) for each in (first, second)]
+        if unit and all(each.endswith(unit) for each in both):
+            both[0] = both[0].removesuffix(unit).rstrip()
+        return f" {word} ".join(both)
 
     def measured(self, value: float, error: float, form: str = ".6g") -> str:
         """Write an amplitude with its error. An error too small for the digits shown is omitted."""

@@ -20,6 +20,12 @@ _log = logging.getLogger(__name__)
 
 WINDOW_SECONDS = 60.0
 """Period over which the computing speed is averaged [s]. Early blocks take longer than late blocks."""
+EVEN = 0.25
+"""Share of the expected kernel time that is spread evenly over the blocks for the remaining time.
+
+The blocks that are expected to take longest are computed first, and take less than expected. So without this share the
+remaining time is too low in the first third of a study: by half in studies of 90 blocks, with it by a quarter.
+"""
 REPORT_SECONDS = 0.5
 """Shortest time between two reports of progress [s]."""
 
@@ -69,45 +75,10 @@ class Progress:
     gives_up_in: float = math.inf
 
 
-@dataclass(frozen=True)
-class Spent:
-    """What a run has spent up to a moment.
-
-    Parameters
-    ----------
-    at : float
-        The moment, on the monotonic clock [s].
-    points, blocks : int
-        Numbers of completed points and blocks.
-    work : float
-        Expected kernel time of the blocks that were completed in this run [s].
-    seconds, kernel_seconds : float
-        Wall time of these blocks, and the part of this time spent in kernels [s].
-    """
-
-    at: float
-    points: int
-    blocks: int
-    work: float = 0.0
-    seconds: float = 0.0
-    kernel_seconds: float = 0.0
-
-    def seconds_left(self, before: "Spent", work_left: float, blocks_left: int) -> float | None:
-        """Return the expected wall time of the remaining blocks [s], from the blocks since `before`.
-
-        The time in kernels is in proportion to the expected kernel time, because the computing times of points differ
-        by orders of magnitude. The rest of a block's time is about equal for all blocks.
-        """
-        blocks, work, taken = self.blocks - before.blocks, self.work - before.work, self.seconds - before.seconds
-        if not blocks or work <= 0.0 or taken <= 0.0:
-            return None
-        kernels = self.kernel_seconds - before.kernel_seconds
-        expected = work_left * kernels / work + blocks_left * (taken - kernels) / blocks
-        return expected * (self.at - before.at) / taken
-
-
 class Meter:
     """Counts finished blocks, and estimates the speed and the remaining time.
+
+    The estimate uses expected kernel times, because the computing times of points differ by orders of magnitude.
 
     Parameters
     ----------
@@ -119,42 +90,46 @@ class Meter:
 
     def __init__(self, record: Record, work_left: float) -> None:
         self._record = record
+        self._points = record.points_done
         self._failed = record.points_failed
+        self._blocks = record.blocks_done
         self._work_left = work_left
-        self._samples = deque([Spent(time.monotonic(), record.points_done, record.blocks_done)])
+        self._mean = work_left / max(1, record.blocks_total - record.blocks_done)
+        self._samples: deque[tuple[float, int, float]] = deque()
+        self._sample()
 
     def add(self, outcome: BlockOutcome, work: float) -> None:
         """Count one finished block, whose expected kernel time `work` [s] was part of `work_left`."""
+        self._points += outcome.points
         self._failed += outcome.failed
-        self._work_left = max(0.0, self._work_left - work)
-        last, now = self._samples[-1], time.monotonic()
-        self._samples.append(
-            Spent(
-                now,
-                last.points + outcome.points,
-                last.blocks + 1,
-                last.work + work,
-                last.seconds + outcome.seconds,
-                last.kernel_seconds + outcome.kernel_seconds,
-            )
-        )
-        while len(self._samples) > 2 and self._samples[1].at < now - WINDOW_SECONDS:
-            self._samples.popleft()
+        self._blocks += 1
+        self._work_left = max(0.0, self._work_left - work - EVEN * (self._mean - work))
+        self._sample()
 
     def progress(self) -> Progress:
         """Return the present counts, the speed and the remaining time."""
-        first, last = self._samples[0], replace(self._samples[-1], at=time.monotonic())
-        elapsed = last.at - first.at
-        blocks_left = self._record.blocks_total - last.blocks
+        then, points, work = self._samples[0]
+        elapsed = time.monotonic() - then
+        speed = (self._points - points) / elapsed if elapsed > 0.0 else 0.0
+        done = work - self._work_left
+        left: float | None = self._work_left / done * elapsed if done > 0.0 else None
+        if self._blocks == self._record.blocks_total:
+            left = 0.0
         return Progress(
             self._record.points_total,
-            last.points,
+            self._points,
             self._failed,
             self._record.blocks_total,
-            last.blocks,
-            (last.points - first.points) / elapsed if elapsed > 0.0 else 0.0,
-            last.seconds_left(first, self._work_left, blocks_left) if blocks_left else 0.0,
+            self._blocks,
+            speed,
+            left,
         )
+
+    def _sample(self) -> None:
+        now = time.monotonic()
+        self._samples.append((now, self._points, self._work_left))
+        while len(self._samples) > 2 and self._samples[1][0] < now - WINDOW_SECONDS:
+            self._samples.popleft()
 
 
 class Reporter:

@@ -193,6 +193,8 @@ def test_an_amplitude_or_its_error_below_a_micrometre_is_in_nanometres(cube: xr.
         assert phrases.measured(amplitude_m / BASE, error_m / BASE, ".6g") == written
     assert phrases.value("amplitude_ratio", 8e-9 / BASE, ".3g") == "8 nm"
     assert RATIOS.measured(1.5, 0.01) == "1.5 ± 0.01"
+    assert phrases.span("amplitude_ratio", 8e-9 / BASE, 1.5e-3 / BASE, ".3g") == "X = 8 nm to 1.5 mm"
+    assert phrases.span("amplitude_ratio", 8e-9 / BASE, 9e-9 / BASE, ".3g") == "X = 8 nm to 9 nm"
 
 
 def test_limits_on_results_are_told_as_ratios_and_in_units(cube: xr.Dataset) -> None:

@@ -30,12 +30,12 @@ from tests.worker.run_here import (
 from damperlab.studies.definition import Study
 from damperlab.studies.plan import Block
 from damperlab.studies.store.faults import StudyBusy, StudyNotFound
-from damperlab.studies.store.record import Record
+from damperlab.studies.store.record import BlockOutcome, Record
 from damperlab.studies.store.store import Store
 from damperlab.studies.variables import Status
 from damperlab.worker.block import solve_block
 from damperlab.worker.cluster.cluster import connect
-from damperlab.worker.run.progress import Progress, Spent
+from damperlab.worker.run.progress import EVEN, Meter, Progress
 from damperlab.worker.run.runner import run_study
 
 
@@ -100,12 +100,15 @@ def test_cube_holds_what_the_solver_says_and_progress_rises_from_nothing_to_the_
     assert seen[-1].points_per_second > 0.0
 
 
-def test_the_time_left_counts_what_a_block_takes_beside_its_kernels() -> None:
-    # four blocks on two workers: kernels take twice the time expected, and each block 3 s more
-    spent = Spent(at=10.0, points=40, blocks=4, work=4.0, seconds=20.0, kernel_seconds=8.0)
-    # six blocks are left, with 2 s of kernels expected: 4 s + 18 s
-    assert spent.seconds_left(Spent(0.0, 0, 0), 2.0, 6) == pytest.approx((4.0 + 18.0) / 2.0)
-    assert spent.seconds_left(spent, 2.0, 6) is None
+def test_blocks_that_were_expected_to_take_longest_count_less_for_the_time_left(submitted: Record) -> None:
+    """They are computed first: expected to take all of the time, they leave a quarter for the others."""
+    meter = Meter(submitted, 10.0)
+    time.sleep(0.01)
+    meter.add(BlockOutcome(0, 1, 0), 10.0)
+    now = meter.progress()
+    spent = now.points_done / now.points_per_second
+    others = EVEN * 10.0 * (1 - 1 / BLOCKS)
+    assert now.seconds_left == pytest.approx(spent * others / (10.0 - others))
 
 
 def test_failing_blocks_become_failed_points_and_the_rest_goes_on(
