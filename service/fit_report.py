@@ -167,7 +167,11 @@ def study_parts(fitted: Fitted | FittedHistory) -> list[str]:
     if study is None:
         return []
     text = json.dumps(study, indent=2, ensure_ascii=False)
-    return ["<h2>The prototype as a study</h2>", f"<pre>{escape(text)}</pre>", *map(said, filter(None, [fitted.chosen]))]
+    return [
+        "<h2>The prototype as a study</h2>",
+        f"<pre>{escape(text)}</pre>",
+        *map(said, filter(None, [fitted.chosen])),
+    ]
 
 
 def fit_report(fitted: Fitted, curves: "list[FittedCurve]") -> str:

@@ -25,17 +25,17 @@ def spelled(value: float, unit: str, digits: int = 4) -> str:
     """Write a value with its unit: in millimetres below 1 m, in grams below 1 kg."""
     if unit in ("m", "kg") and abs(value) < 1.0:
         return written(1e3 * value, "mm" if unit == "m" else "g", f".{digits}g")
-    text = written(value, unit.strip("1"), f".{digits}g")
-    if "e+" in text and abs(value) < 1e7:
-        return written(float(f"{value:.{digits}g}"), unit.strip("1"), ".0f")  # 5000 N, not 5e+03 N
-    return text
+    return written(value, unit.strip("1"), f".{digits}g")
 
 
 def written(value: float, unit: str, form: str) -> str:
-    """Write a number with its unit. A length that would need a negative exponent in mm is written in nm."""
+    """Write a number with its unit. A length that would need an exponent in mm is written in nm or in m."""
     text = format(value, form)
-    if unit == "mm" and "e-" in text:
-        return f"{format(1e6 * value, form)} nm"
+    if unit == "mm" and "e" in text:
+        value, unit = (1e6 * value, "nm") if "e-" in text else (1e-3 * value, "m")
+        text = format(value, form)
+    if "e+" in text and abs(value) < 1e7:
+        text = f"{float(text):.0f}"  # 5000 N, not 5e+03 N
     return f"{text}{'' if unit == '°' else ' '}{unit}".rstrip()
 
 

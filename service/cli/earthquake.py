@@ -135,7 +135,7 @@ def records(
     if as_json:
         print_json(summary)
         return
-    known = "Stored" if new else f"Already stored with the name {shelf.get(record_id)[1].name}"
+    known = "Stored" if new else f"Already stored with the name {shelf.summary(record_id)['name']}"
     say(
         f"{known}: {record_id}, {summary['samples']} samples at {motion.step_s:g} s, "
         f"peak {summary['peak_acceleration_g']:.3g} g."

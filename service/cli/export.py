@@ -9,7 +9,7 @@ from damperlab.service.cli.failures import UsageFault
 from damperlab.service.cli.options import DataDir, StudyId
 from damperlab.service.cli.output import make_parent, note, working
 from damperlab.service.cli.places import file_option
-from damperlab.service.cli.store import find_study, label, open_store
+from damperlab.service.cli.store import find_study, label, open_store, unfinished
 from damperlab.studies.faults import Fault
 from damperlab.studies.vocabulary import EXPORT_FORMATS, EXPORT_SUFFIXES, ExportFormat
 
@@ -73,9 +73,7 @@ def export(
         write_file(cube, output, file_format)
     if crate or described == output.name:  # the crate must describe the file as it is now
         write_crate(cube, output)
-    missing = record.points_total - record.points_done
-    unfinished = f"; {missing} of them are not computed yet (status -1)" if missing else ""
-    note(f"Wrote {record.points_total} points of {label(record)} to {output}{unfinished}.")
+    note(f"Wrote {record.points_total:,} points of {label(record)} to {output}{unfinished(record)}.")
 
 
 def _format_of(output: Path) -> ExportFormat:

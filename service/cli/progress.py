@@ -65,7 +65,7 @@ class StudyProgress:
                 TextColumn("{task.description}", markup=False),
                 BarColumn(bar_width=BAR_WIDTH),
                 TextColumn(
-                    "{task.completed:.0f}/{task.total:.0f} points, {task.fields[figures]}", markup=False
+                    "{task.completed:,.0f}/{task.total:,.0f} points, {task.fields[figures]}", markup=False
                 ),
                 console=notes(),
             )
@@ -105,7 +105,7 @@ class StudyProgress:
         preparation : str, optional
             Activity before the first block, from `preparation`.
         """
-        phrases = [f"{failed} failed"]
+        phrases = [f"{failed:,} failed"]
         if preparation is not None:
             phrases = [preparation]
         elif rate:
@@ -122,4 +122,4 @@ class StudyProgress:
             self._bars.update(self._task, completed=done, figures=figures)
         elif now - self._last_line >= LINE_EVERY_SECONDS:
             self._last_line = now
-            note(f"{self._name}: {done} of {self._points} points, {figures}")
+            note(f"{self._name}: {done:,} of {self._points:,} points, {figures}")

@@ -7,7 +7,7 @@ from damperlab.service.cli.documents import check_document, write_document
 from damperlab.service.cli.options import DataDir, StudyId
 from damperlab.service.cli.output import note, working
 from damperlab.service.cli.places import file_option
-from damperlab.service.cli.store import find_study, label, open_store
+from damperlab.service.cli.store import find_study, label, open_store, unfinished
 from damperlab.service.questions.question import Subject
 
 
@@ -30,4 +30,4 @@ def report(
         from damperlab.service.study_report import study_report
 
         write_document(study_report(Subject(record, store, "report")), output)
-    note(f"Wrote the report of {label(record)} to {output}.")
+    note(f"Wrote the report of {label(record)} to {output}{unfinished(record)}.")

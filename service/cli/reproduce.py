@@ -89,7 +89,7 @@ def _solver(data_dir: Path | None, means: Means) -> "Iterator[Solve]":
                 left = record.points_total - record.points_done
                 raise CommandFailed(
                     "stopped",
-                    f"study {label(record)} is {record.state} with {left} points left; computed points are kept. "
+                    f"study {label(record)} is {record.state} with {left:,} points left; computed points are kept. "
                     "Run the same command again to continue.",
                 )
             return store.cube(record.id)

@@ -191,7 +191,7 @@ def finish(
     if record.state != "done":
         left = record.points_total - record.points_done
         note(
-            f"damperlab: study {label(record)} is {record.state} with {left} points left; computed points are kept. "
+            f"damperlab: study {label(record)} is {record.state} with {left:,} points left; computed points are kept. "
             f"Continue with: {computer.go_on(record.id)}"
         )
         raise typer.Exit(FAILED)

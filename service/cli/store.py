@@ -139,3 +139,13 @@ def has_store(data_dir: Path | None) -> bool:
 def label(kept: "Record | Kept") -> str:
     """Write the name, which may be empty, and the id of a study or a design, for use in a sentence."""
     return f"{kept.name} ({kept.id})" if kept.name else kept.id
+
+
+def unfinished(record: "Record") -> str:
+    """Say at the end of a sentence how many points of a study are not computed yet; empty if none are missing."""
+    missing = record.points_total - record.points_done
+    if not missing:
+        return ""
+    if not record.points_done:
+        return f"; none of its {record.points_total:,} points is computed yet"
+    return f"; {missing:,} of its {record.points_total:,} points are not computed yet"

@@ -212,7 +212,7 @@ def cancel(study: StudyId, data_dir: DataDir = None, as_json: AsJson = False) ->
     else:
         record = store.set_state(record.id, "cancelled", only_from=("queued", "running"))
         note(
-            f"Study {label(record)} is {record.state} at {record.points_done} of {record.points_total} points; "
+            f"Study {label(record)} is {record.state} at {record.points_done:,} of {record.points_total:,} points; "
             f"a process that runs it stops within seconds. Continue with: damperlab run {record.id}"
         )
     if as_json:
@@ -241,7 +241,7 @@ def delete(
         )
         raise typer.BadParameter(message, param_hint="STUDY")
     if not yes:
-        question = f"Delete study {label(record)} with {record.points_done} computed points for good?"
+        question = f"Delete study {label(record)} with {record.points_done:,} computed points for good?"
         typer.confirm(question, abort=True, err=True)
     store.delete(record.id)
     note(f"Study {label(record)} is deleted.")
@@ -282,8 +282,8 @@ def summary(record: "Record", more: "Iterable[tuple[str, str]]" = ()) -> str:
         ("state", record.state + (", outdated" if record.outdated else "")),
         (
             "points",
-            f"{record.points_done} of {record.points_total} ({share:.4g} %), {record.points_failed} failed"
-            + (f", {record.points_reused} reused from earlier studies" if record.points_reused else ""),
+            f"{record.points_done:,} of {record.points_total:,} ({share:.4g} %), {record.points_failed:,} failed"
+            + (f", {record.points_reused:,} reused from earlier studies" if record.points_reused else ""),
         ),
         ("blocks", f"{record.blocks_done} of {record.blocks_total}"),
         ("created", f"{record.created:%Y-%m-%d %H:%M:%S} UTC"),

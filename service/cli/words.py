@@ -20,6 +20,13 @@ if TYPE_CHECKING:
 MAP_COLUMNS = 12
 """Largest number of columns of a map on a terminal; if columns are left out, a note says so."""
 
+HEADINGS = {
+    "locked_share": "frequencies locked",
+    "impact_share": "frequencies with impacts",
+    "alike": "equal designs",
+}
+"""Headings of columns that are not named as in the answer. Shares are written in per cent."""
+
 Table = tuple[tuple[str, ...], list[tuple[str, ...]]]
 """Head and rows of a table."""
 
@@ -253,14 +260,17 @@ def rows_table(
     ]
     names += [str(name) for name in answer.data_vars]
     means = {name: name for name in names} | dict(meant or {})
-    columns = [
-        _errors(answer, value, name, means[name], phrases)
-        if (value := value_of_error(name, answer))
-        else [_spelled(means[name], value, phrases) for value in answer[name].values.tolist()]
-        for name in names
-    ]
-    head = tuple(phrases.column(name, means[name]) for name in names)
-    return head, list(zip(*columns, strict=True))
+
+    def column(name: str) -> list[str]:
+        if value := value_of_error(name, answer):
+            return _errors(answer, value, name, means[name], phrases)
+        values = answer[name].values.tolist()
+        if name.endswith("_share"):
+            return ["—" if math.isnan(share) else f"{share:.0%}" for share in values]
+        return [_spelled(means[name], value, phrases) for value in values]
+
+    head = tuple(HEADINGS.get(name) or phrases.column(name, means[name]) for name in names)
+    return head, list(zip(*map(column, names), strict=True))
 
 
 def _errors(answer: "xr.Dataset", value_name: str, name: str, means: str, phrases: "Phrases") -> list[str]:
@@ -315,11 +325,11 @@ def completeness_sentence(answer: "xr.Dataset") -> str:
     missing = points - round(float(answer.attrs["complete"]) * points)
     phrases = []
     if missing:
-        phrases.append(f"{missing} of {points} points are not computed yet.")
+        phrases.append(f"{missing:,} of {points:,} points are not computed yet.")
     if failed:
         kinds = {Status(int(code)) for code in answer["status"].values.ravel() if code > Status.MAX_CYCLES}
         why = f": {' '.join(kind.sentence for kind in sorted(kinds))}" if kinds else "."
-        phrases.append(f"{failed} of {points} points failed{why}")
+        phrases.append(f"{failed:,} of {points:,} points failed{why}")
     return " ".join(phrases)
 
 

@@ -156,8 +156,8 @@ def spans_apart(
             return first.label(name), *spans
     most = int(np.abs(ours[1] - theirs[1]).argmax())
     place = f"{spans[0]} (value {most + 1} is"
-    apart = (f"{place} {np.atleast_1d(values).flat[most]:.16g})" for _, values in (ours, theirs))
-    return RATIOS.label(name), *apart
+    had, found = (f"{place} {np.atleast_1d(values).flat[most]:.16g})" for _, values in (ours, theirs))
+    return RATIOS.label(name), had, found
 
 
 def _spanned(name: str, values: NDArray[Any], phrases: Phrases) -> str:

@@ -131,7 +131,9 @@ def _check_axis(
     if equal:
         return
     of, had, found = spans_apart(name, (ours[0], mine), (theirs[0], its))
-    told = f"Maps cannot be subtracted if the studies differ in {of}: {had} in the first, {found} in the second."
+    told = (
+        f"Maps cannot be subtracted if the studies differ in {of}: {had} in the first, {found} in the second."
+    )
     advice = f"name a study with the same {of}, or a point or a range that both have"
     raise refused(FIELD, found, had, advice, told)
 

@@ -64,7 +64,9 @@ def sentence_of(note: Note, phrases: Phrases) -> str:
         case "incomplete":
             if "reduce" in known:
                 return f"Not everything is computed: the {known['reduce']} is taken over the points so far."
-            return f"Only {share(known['complete'])} of the designs are computed, so nothing is recommended yet."
+            return (
+                f"Only {share(known['complete'])} of the designs are computed, so nothing is recommended yet."
+            )
         case "failed":
             return "Where a point failed, for example with an unbounded response, the largest value is not known."
         case "missing":

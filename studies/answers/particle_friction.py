@@ -111,9 +111,7 @@ class _Obstacle(NamedTuple):
         return f"Friction cannot be added to the particle of the best damper of {self.found}."
 
 
-def _obstacle(
-    cube: "xr.Dataset", ranked: "xr.Dataset", lead: Mapping[str, Any] | None
-) -> _Obstacle | None:
+def _obstacle(cube: "xr.Dataset", ranked: "xr.Dataset", lead: Mapping[str, Any] | None) -> _Obstacle | None:
     """Return the first condition of `studies_with_friction` that the study or its recommended damper does not meet."""
     if kind_of(cube.sizes) is SUITE:
         return _Obstacle(

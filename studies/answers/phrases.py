@@ -215,7 +215,7 @@ class Phrases:
             return f"{self.value(AMPLITUDE, value, form)} (error not known)"
         shown, doubt = self.value(AMPLITUDE, value, form), self.value(AMPLITUDE, error, ".2g")
         unit = doubt.partition(" ")[2]
-        return f"{shown.removesuffix(unit).rstrip()} ± {doubt}"
+        return f"{shown.removesuffix(f' {unit}')} ± {doubt}"
 
     def shown(self, name: str, array: "xr.DataArray") -> str:
         """Return the name of a result with the unit or the reference, such as ``amplitude X in mm``."""

@@ -92,7 +92,9 @@ def refine_optimum(
         raise QueryFault(none_left(parent, asked, best.attrs))
     if (complete := best.attrs["complete"]) < 1:
         told = f"Only {share(complete)} of the designs are computed, so it is not known where a better one may lie."
-        raise refused("study", f"{share(complete)} of the designs", "all designs", "compute the rest first", told)
+        raise refused(
+            "study", f"{share(complete)} of the designs", "all designs", "compute the rest first", told
+        )
     found: dict[str, Any] = {
         name: float(best[name].values[0]) for name in (*asked.design, FREQUENCY, "value", "error")
     }

@@ -492,15 +492,29 @@ def none_left(cube: "xr.Dataset", question: DesignQuestion, tally: Mapping[str, 
         return Fault("damping_ratio", "0", "damping or friction", advice, told)
     reason = max(REASONS, key=lambda each: int(tally[each]))
     field, allowed, advice = {
-        "incomplete": ("study", "a design that is computed at every judged frequency", "compute the rest first"),
-        "failed": ("study", "a design with a response at every judged frequency", "the record of the study says why they failed"),
+        "incomplete": (
+            "study",
+            "a design that is computed at every judged frequency",
+            "compute the rest first",
+        ),
+        "failed": (
+            "study",
+            "a design with a response at every judged frequency",
+            "the record of the study says why they failed",
+        ),
         "locked": ("exclude_locked", "false", "rank designs that are locked near resonance, too"),
         "too_fast": ("max_impact_speed", "a speed that a design keeps", "allow faster impacts"),
-        "outside": ("ranges", "a range that a design keeps", f"widen the range of {', '.join(question.limits)}"),
+        "outside": (
+            "ranges",
+            "a range that a design keeps",
+            f"widen the range of {', '.join(question.limits)}",
+        ),
     }[reason]
     why = ", ".join(f"{int(tally[name]):,} {words}" for name, words in REASONS.items() if tally[name])
     told = f"None of the {total:,} designs qualifies: {why}."
-    return Fault(field, f"{int(tally[reason]):,} of {total:,} designs {REASONS[reason]}", allowed, advice, told)
+    return Fault(
+        field, f"{int(tally[reason]):,} of {total:,} designs {REASONS[reason]}", allowed, advice, told
+    )
 
 
 def say_next(phrases: Phrases) -> str:

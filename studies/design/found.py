@@ -85,9 +85,7 @@ class Found:
     @property
     def others(self) -> dict[Damper, Alternative]:
         """The alternatives of another kind than the damper found."""
-        return {
-            kind: self.alternatives[kind] for kind in self._other_kinds if kind in self.alternatives
-        }
+        return {kind: self.alternatives[kind] for kind in self._other_kinds if kind in self.alternatives}
 
     @property
     def not_compared(self) -> list[Damper]:

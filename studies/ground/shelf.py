@@ -73,10 +73,10 @@ class Shelf:
         built_in: list[dict[str, Any]] = [
             {"id": name, **builtin_record(name).summary()} for name in builtin_ids()
         ]
-        return built_in + [{"id": name, **self._kept(name)} for name in self._uploaded()]
+        return built_in + [{"id": name, **self.summary(name)} for name in self._uploaded()]
 
-    def _kept(self, record_id: str) -> dict[str, Any]:
-        """Return the summary of an uploaded record, or raise `RecordDamaged`."""
+    def summary(self, record_id: str) -> dict[str, Any]:
+        """Return the summary of an uploaded record without its samples, or raise `RecordDamaged`."""
         try:
             content = (self.folder / f"{record_id}.json").read_bytes()
             if is_sealed(content):
@@ -118,7 +118,7 @@ class Shelf:
         if record_id in builtin_ids():
             return None
         self._require_uploaded(record_id)
-        owner: str | None = self._kept(record_id).get(SUBMITTED_BY)
+        owner: str | None = self.summary(record_id).get(SUBMITTED_BY)
         return owner
 
     def remove(self, record_id: str) -> None:
@@ -172,13 +172,13 @@ class Shelf:
         """Return the id of an uploaded record with this name."""
         for record_id in self._uploaded():
             with suppress(RecordDamaged):
-                if self._kept(record_id)["name"] == name:
+                if self.summary(record_id)["name"] == name:
                     return record_id
         return None
 
     def _motion(self, record_id: str) -> GroundMotion:
         """Read an uploaded record. Raise `RecordDamaged` if the samples do not match the id."""
-        kept = self._kept(record_id)
+        kept = self.summary(record_id)
         try:
             samples = np.load(self.folder / f"{record_id}.npy", allow_pickle=False)
             motion = GroundMotion(kept["name"], kept["step_s"], samples, kept["source"])
@@ -225,7 +225,7 @@ class Shelf:
 
     def _owner_or_nobody(self, record_id: str) -> str | None:
         with suppress(RecordDamaged):
-            owner: str | None = self._kept(record_id).get(SUBMITTED_BY)
+            owner: str | None = self.summary(record_id).get(SUBMITTED_BY)
             return owner
         return None
 

@@ -140,5 +140,5 @@ def test_friction_is_not_added_where_it_cannot_be_computed_or_has_no_effect(
 def test_friction_is_not_added_to_contact_with_a_duration() -> None:
     cube, ranked = ranked_with(ONE)
     dwelling = parse_study(ONE | {"contact": {"model": "dwell", "contact_time": 0.01}})
-    with pytest.raises(QueryFault, match="`contact.model` dwell"):
+    with pytest.raises(QueryFault, match=r"`contact\.model` dwell"):
         find_friction(cube.assign_attrs(study=json.dumps(dwelling.document())), ranked, Judging())

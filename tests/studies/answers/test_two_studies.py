@@ -89,14 +89,14 @@ def test_in_units_either_study_has_its_own_structure(whole: xr.Dataset) -> None:
     ).attrs
     assert told_once["other_at"] == {"particle_mass_kg": 0.2 * PHYSICAL["mass_kg"]}
     assert "mass of the particle m (0.1605 and 0.321 kg)" in told_once["in_units"]["studies_differ"]
-    with pytest.raises(QueryFault, match="mass of the particle m: 160.5 g in the first|0.1605 kg in the first"):
+    with pytest.raises(QueryFault, match=r"mass of the particle m: 0\.1605 kg in the first"):
         compared_response(first, heavy)
     # twice the motion of the base is twice the amplitude of the same ratio, at clearances that are twice as wide
     wide = told(whole, physical=PHYSICAL | {"base_amplitude_m": 0.003})
     answer = map_difference(first, wide, *AXES, Selection("amplitude_m"))
     np.testing.assert_allclose(answer["difference"].values, -answer["amplitude_m"].values, rtol=1e-12)
     assert "`physical.base_amplitude_m`" in answer.attrs["note"]
-    with pytest.raises(QueryFault, match="5 values from 1.5 to 30 mm in the first, 5 values from 3 to 60 mm"):
+    with pytest.raises(QueryFault, match=r"5 values from 1\.5 to 30 mm in the first, 5 values from 3 to 60 mm"):
         map_difference(first, wide, "clearance_m", "friction_ratio")
     ratios = map_difference(first, wide, *AXES)
     assert "mm" not in ratios.attrs["in_units"]["note"].split("frequency")[-1]
