@@ -16,7 +16,7 @@ from damperlab.studies.field import At
 from damperlab.studies.ground.builtin import whole_id
 from damperlab.studies.kinds import kind_of
 from damperlab.studies.unit_names import AMPLITUDES
-from damperlab.studies.units import coordinates_in_units
+from damperlab.studies.units import coordinates_in_units, results_in_units
 from damperlab.studies.variables import STEPPED, Status
 
 if TYPE_CHECKING:
@@ -63,7 +63,8 @@ def check_metric(cube: "xr.Dataset", name: str, field: str = "metric") -> None:
     """Raise `QueryFault` unless the cube holds the variable `name`."""
     if name in cube.data_vars:
         return
-    stored = [str(variable) for variable in cube.data_vars]
+    in_units = (each.name for each in results_in_units(cube))
+    stored = list(dict.fromkeys((*map(str, cube.data_vars), *in_units)))
     if name in kind_of(cube.sizes).variables:
         found, advice = (
             f"{name}, which the study does not store",

@@ -197,6 +197,11 @@ def test_an_amplitude_or_its_error_below_a_micrometre_is_in_nanometres(cube: xr.
     assert phrases.span("amplitude_ratio", 8e-9 / BASE, 9e-9 / BASE, ".3g") == "X = 8 nm to 9 nm"
 
 
+def test_a_result_in_another_unit_is_refused_with_its_name_in_si_units(cube: xr.Dataset) -> None:
+    with pytest.raises(QueryFault, match=r"amplitude_m.*Did you mean amplitude_m\?"):
+        resonance_map(cube, "clearance_ratio", "friction_ratio", Selection("amplitude_mm"))
+
+
 def test_limits_on_results_are_told_as_ratios_and_in_units(cube: xr.Dataset) -> None:
     asked = Judging(
         max_impact_speed=3.5, ranges={"amplitude_ratio": (0.0, 8.0), "impact_speed_max": (0.0, 3.9)}
