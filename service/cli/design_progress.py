@@ -1,5 +1,6 @@
 """Progress of a design on standard error: a bar on a terminal, plain lines elsewhere."""
 
+import re
 import time
 from collections.abc import Iterable
 from contextlib import AbstractContextManager, nullcontext
@@ -29,7 +30,7 @@ class DesignProgress:
         self._stage, self._best = "", ""
         self._began = time.monotonic()
         self._last_line = 0.0
-        self._last_stage = ""
+        self._activity = ""
         self._bars = _Bars() if notes().is_terminal else None
         if self._bars is not None:
             self._task = self._bars.add_task("", total=None, figures="")
@@ -70,8 +71,11 @@ class DesignProgress:
         if self._bars is not None:
             self._bars.lines = [stage, f"Best so far: {self._best}" if self._best else ""]
             self._bars.update(self._task, completed=points, figures=figures)
-        elif self._stage != self._last_stage or now - self._last_line >= LINE_EVERY_SECONDS:
-            self._last_stage, self._last_line = self._stage, now
+        # a stage that differs only in its counts is no new activity
+        elif (activity := re.sub(r"\d+", "", self._stage)) != self._activity or (
+            now - self._last_line >= LINE_EVERY_SECONDS
+        ):
+            self._activity, self._last_line = activity, now
             best = f" Best so far: {self._best}." if self._best else ""
             note(f"{figures}. Now: {stage}.{best}")
 

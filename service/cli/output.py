@@ -151,7 +151,7 @@ def make_parent(path: Path) -> Path:
 
 def _is_number(text: str) -> bool:
     try:
-        float(text)
+        float(text.removesuffix(" %"))
     except ValueError:
         return text == "—"
     return True

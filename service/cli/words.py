@@ -266,7 +266,7 @@ def rows_table(
             return _errors(answer, value, name, means[name], phrases)
         values = answer[name].values.tolist()
         if name.endswith("_share"):
-            return ["—" if math.isnan(share) else f"{share:.0%}" for share in values]
+            return ["—" if math.isnan(share) else f"{100 * share:.0f} %" for share in values]
         return [_spelled(means[name], value, phrases) for value in values]
 
     head = tuple(HEADINGS.get(name) or phrases.column(name, means[name]) for name in names)

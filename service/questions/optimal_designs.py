@@ -22,6 +22,8 @@ if TYPE_CHECKING:
     from damperlab.studies.answers.phrases import Phrases
     from damperlab.studies.definition import Study
 
+SAID: tuple[DoubtKind, ...] = ("one_frequency", "cut_off", "end_of_range", "rugged")
+"""Kinds of doubt that the short answer states completely, so that the details do not repeat them."""
 _NUMBER = {"type": ["number", "null"]}
 _TEXT = {"type": "string"}
 Design = Annotated[
@@ -110,7 +112,8 @@ def _tell(study: Subject, found: "xr.Dataset", details: bool, judging: Judging, 
     from damperlab.studies.answers.quantities import MEANT
 
     phrases, words = Phrases.of(study.cube), words_of(found)
-    told = [*(doubt["sentence"] for doubt in words.get("doubts", ())), words["note"]]
+    further = (each["sentence"] for each in words.get("doubts", ()) if each["kind"] not in SAID)
+    told = [*further, words["note"]]
     # the designs of a Pareto front are always shown in a table, because none of them is the best
     if found.sizes["rank"] < 2 or not (details or "pareto" in found.attrs):
         return Words(words["brief"], told)
