@@ -29,9 +29,9 @@ def spelled(value: float, unit: str, digits: int = 4) -> str:
 
 
 def written(value: float, unit: str, form: str) -> str:
-    """Write a number with its unit. A length that would need an exponent in mm is written in nm or in m."""
+    """Write a number with its unit. A length in mm is written in m from 1 m on, and in nm if mm need an exponent."""
     text = format(value, form)
-    if unit == "mm" and "e" in text:
+    if unit == "mm" and (abs(value) >= 1e3 or "e-" in text):
         value, unit = (1e6 * value, "nm") if "e-" in text else (1e-3 * value, "m")
         text = format(value, form)
     if "e+" in text and abs(value) < 1e7:

@@ -17,7 +17,7 @@ from damperlab.studies.physical import QUANTITIES
 from damperlab.studies.quantity import Quantity
 from damperlab.studies.specification.limit_fields import LIMIT_QUANTITIES
 from damperlab.studies.specification.schema import OF_SCENE
-from damperlab.studies.spelling import quantity, spelled, unit_of
+from damperlab.studies.spelling import quantity, spelled, unit_of, written
 
 STRUCTURE = {"mass_kg": 1.605, "natural_frequency_hz": 2.5, "base_amplitude_m": 1.5e-3}
 
@@ -52,6 +52,13 @@ def test_the_unit_of_a_name_is_that_of_its_meaning(name: str, quantity: Quantity
 )
 def test_a_length_is_written_in_a_unit_in_which_its_digits_are_read(metres: float, written: str) -> None:
     assert spelled(metres, "m") == quantity("clearance_m", metres) == written
+
+
+@pytest.mark.parametrize(
+    ("value", "unit", "text"), [(49234.5, "mm", "49.2 m"), (5123.4, "N", "5120 N"), (1e-5, "mm", "10 nm")]
+)
+def test_a_large_or_small_quantity_is_written_without_an_exponent(value: float, unit: str, text: str) -> None:
+    assert written(value, unit, ".3g") == text
 
 
 def test_ratios_follow_their_definitions() -> None:

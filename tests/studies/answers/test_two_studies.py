@@ -96,7 +96,9 @@ def test_in_units_either_study_has_its_own_structure(whole: xr.Dataset) -> None:
     answer = map_difference(first, wide, *AXES, Selection("amplitude_m"))
     np.testing.assert_allclose(answer["difference"].values, -answer["amplitude_m"].values, rtol=1e-12)
     assert "`physical.base_amplitude_m`" in answer.attrs["note"]
-    with pytest.raises(QueryFault, match=r"5 values from 1\.5 to 30 mm in the first, 5 values from 3 to 60 mm"):
+    with pytest.raises(
+        QueryFault, match=r"5 values from 1\.5 to 30 mm in the first, 5 values from 3 to 60 mm"
+    ):
         map_difference(first, wide, "clearance_m", "friction_ratio")
     ratios = map_difference(first, wide, *AXES)
     assert "mm" not in ratios.attrs["in_units"]["note"].split("frequency")[-1]
