@@ -306,7 +306,9 @@ def _brief(
     """Name the best damper, its worst case, and the next best dampers."""
     values = answer["value"].values
     if not np.isfinite(values[:1]).any():
-        return Brief(None, (f"None of the {answer.attrs['designs']:,} dampers qualifies.",))
+        why = say_left_out(answer.attrs, _LEFT_OUT, "damper")
+        following = command("run", name_of(cube)) if answer.attrs["incomplete"] else ""
+        return Brief(None, (f"No damper qualifies. {why}".rstrip(),), (), following)
     phrases, metric = Phrases.of(cube), str(answer.attrs["metric"])
     # the dimensions of a suite's dampers are already in SI units
     varied = [name for name in damper if cube.sizes[name] > 1]

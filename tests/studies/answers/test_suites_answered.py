@@ -16,6 +16,7 @@ from damperlab.studies.ground.variables import DIMENSIONS, RECORD
 from damperlab.studies.kinds import KINDS
 from damperlab.studies.questions import Judging, Ranking, Selection
 from damperlab.studies.tmd.minimax import minimax
+from damperlab.studies.variables import Status
 from damperlab.worker.ground.absorber import absorber_response
 from damperlab.worker.ground.design import Structure
 
@@ -55,6 +56,17 @@ def test_no_sentence_names_a_raw_dimension_and_lengths_are_in_mm() -> None:
     assert brief["damper"] == "hybrid"
     assert not RAW.search(" ".join(brief["sentences"]))
     assert all(each in first for each in ("d = 20 mm", "14 mm", "one"))
+
+
+def test_a_suite_of_which_a_part_is_computed_recommends_no_damper() -> None:
+    cube = made()
+    cube["status"][{"clearance_m": 0}] = Status.NOT_COMPUTED
+    brief = worst_case_designs(cube).attrs["brief"]
+    assert brief["damper"] is None
+    assert brief["sentences"][0].endswith("of the points are computed, so nothing is recommended yet.")
+    cube["status"][...] = Status.NOT_COMPUTED
+    (told,) = worst_case_designs(cube).attrs["brief"]["sentences"]
+    assert told == "No damper qualifies. Left out of 9 dampers: 9 not computed yet."
 
 
 def test_tables_are_in_mm() -> None:
