@@ -109,9 +109,8 @@ class Pursuit:
         require_harmonic(record.dimensions, question)
         asked = parse_harmonic(record.definition)
         phrases = Phrases.of(store.cube(record.id))
-        ids = [record.id]
+        cubes = {record.id: store.cube(record.id)}
         while True:
-            cubes = {name: store.cube(name) for name in ids}
             with working("Judging"):
                 found = judge(asked, cubes)
             told = found.say(phrases)
@@ -120,17 +119,19 @@ class Pursuit:
                 break
             for each in found.studies:
                 follow_up = compute_follow_up(self.computer, each, record)
-                if follow_up.id in ids:
+                if follow_up.id in cubes:
                     raise typer.Exit(FAILED)
-                ids.append(follow_up.id)
+                # a follow-up is small, and is judged again in every round
+                cubes[follow_up.id] = store.cube(follow_up.id).load()
+        follow_ups = list(cubes)[1:]
         if as_json:
             from damperlab.service.questions.refinement import refinement_document
 
-            print_json(in_front(record, {**refinement_document(found), "with": ids[1:]}))
+            print_json(in_front(record, {**refinement_document(found), "with": follow_ups}))
             return
         details_told = [told, found_sentence(found.found, phrases)]
         brief = found.brief or Brief(None, (details_told[1][:1].upper() + details_told[1][1:] + ".",))
-        details_told += [f"Follow-up studies: {', '.join(ids[1:])}."] if ids[1:] else []
+        details_told += [f"Follow-up studies: {', '.join(follow_ups)}."] if follow_ups else []
         print_brief(brief.document(), details_told, details, folder_option(store.data_dir))
 
 

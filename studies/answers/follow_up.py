@@ -159,15 +159,15 @@ def spent_on(cubes: "Mapping[str, xr.Dataset]") -> dict[str, float]:
 def _computed(cubes: "Mapping[str, xr.Dataset]") -> list[np.ndarray]:
     """Return for every cube the points that have a result and are in no earlier cube."""
     found: list[np.ndarray] = []
-    earlier: list[tuple[Any, xr.Dataset]] = []
+    earlier: list[tuple[Any, dict[Any, np.ndarray]]] = []
     for cube in cubes.values():
         settings = definition_of(cube).get("steady")
         status = cube["status"]
+        axes = {name: cube[name].values for name in status.dims}
         new = status.values >= 0
-        for theirs, other in earlier:
+        for theirs, others in earlier:
             if theirs == settings:
-                shared = [np.isin(cube[name].values, other[name].values) for name in status.dims]
-                new[np.ix_(*shared)] = False
-        earlier.append((settings, cube))
+                new[np.ix_(*(np.isin(axis, others[name]) for name, axis in axes.items()))] = False
+        earlier.append((settings, axes))
         found.append(new)
     return found
