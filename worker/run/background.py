@@ -5,7 +5,7 @@ import threading
 from collections.abc import Callable
 from contextlib import suppress
 
-from damperlab.studies.store.faults import StoreFault
+from damperlab.studies.store.faults import StoreFault, may_pass
 
 AGAIN_SECONDS = 5.0
 """Longest pause after a failed call of the function [s]."""
@@ -106,7 +106,10 @@ class Background:
         self.failures += 1
         told = _in_a_line(error)
         # messages of the store explain the error, so the log needs no traceback
-        _log.error("%s: %s", self.name, told, exc_info=None if isinstance(error, StoreFault) else error)
+        if isinstance(error, StoreFault):
+            _log.log(logging.WARNING if may_pass(error) else logging.ERROR, "%s: %s", self.name, told)
+        else:
+            _log.error("%s: %s", self.name, told, exc_info=error)
         return told
 
     def _round(self) -> None:

@@ -63,7 +63,9 @@ def begun() -> Iterator[list[Background]]:
 
 
 @pytest.mark.parametrize("error", ODD, ids=lambda error: type(error).__name__)
-def test_no_exception_ends_the_rounds(error: BaseException, begun: list[Background]) -> None:
+def test_no_exception_ends_the_rounds(
+    error: BaseException, begun: list[Background], caplog: pytest.LogCaptureFixture
+) -> None:
     work = Work(error, error)
     background = Background("test", work, 0.01)
     begun.append(background)
@@ -72,6 +74,9 @@ def test_no_exception_ends_the_rounds(error: BaseException, begun: list[Backgrou
     background.close()
     assert background.trouble is None
     assert background.failures == 2
+    # a catalogue that does not answer is no defect of the service
+    level = "WARNING" if isinstance(error, StoreFault) else "ERROR"
+    assert {record.levelname for record in caplog.records} == (set() if isinstance(error, Mute) else {level})
 
 
 def test_a_failed_round_is_told_until_the_next_one_ends_well(begun: list[Background]) -> None:
