@@ -54,28 +54,22 @@ class Scrub:
         while True:
             page = self._store.page(limit=100, cursor=cursor)
             for record in page.records:
-                if record.owner is None:
-                    try:
-                        self._look_at(record)
-                    except (_Closing, StoreFault, OSError):
-                        raise
-                    except Exception as error:
-                        # report the error, and continue with the other studies
-                        self.background.note(error)
+                try:
+                    self._look_at(record)
+                except (_Closing, StoreFault, OSError):
+                    raise
+                except Exception as error:
+                    # report the error, and continue with the other studies
+                    self.background.note(error)
             cursor = page.cursor
             if cursor is None:
                 return
 
     def _look_at(self, record: Record) -> None:
         try:
-            record = self._store.find(record.id)  # read again, because the page of records may be hours old
-            damages = list(verify(self._store, record, self._pause)) if record.owner is None else []
-            now = self._store.find(record.id)
-            if now.owner is not None or (now.revision, now.provenance) != (
-                record.revision,
-                record.provenance,
-            ):
-                return  # the study was changed during the check, so the result may be wrong
+            if not self._store.abandoned(record.id):  # the page of records may be hours old
+                return
+            damages = list(verify(self._store, record, self._pause))
         except StudyNotFound:
             return
         told = [

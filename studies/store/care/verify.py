@@ -20,8 +20,10 @@ from damperlab.studies.ground.shelf import Shelf as Records
 from damperlab.studies.ground.suite import Suite
 from damperlab.studies.store.catalogue.home import cube_name, holds_results, parse_cube_name
 from damperlab.studies.store.catalogue.rows import (
+    ALIVE,
     claim_owner,
     last_event,
+    record_of,
     rows_of_marks,
     study_row,
     sums_of_marks,
@@ -34,9 +36,9 @@ from damperlab.studies.store.cube.description import DESCRIPTION, Description, d
 from damperlab.studies.store.faults import cannot_use, using
 from damperlab.studies.store.files.shelf import Shelf, ShelfAway
 from damperlab.studies.store.life_cycle.manifest import (
-    keep_marks,
     lost_end,
     marks_put_off,
+    put_off_marks,
     read_marks,
     read_tombstone,
 )
@@ -48,6 +50,7 @@ UNDER_WAY_SECONDS = 5.0
 """Longest time to wait until the study of a new cube is in the catalogue [s]. A submission creates the cube first."""
 LOOK_SECONDS = 0.1
 """Time between two checks whether the catalogue contains the study [s]."""
+_TRIES = 5  # number of times that a study is read again because it changed meanwhile
 _HEADER_COLUMNS = ("points", "failed", "reused", "checksum")
 
 
@@ -73,7 +76,8 @@ class Damage:
 def verify(store: Store, record: Record, pause: Callable[[], None] = lambda: None) -> Iterator[Damage]:
     """Read everything that is stored for a study, and compare it with the checksums and the done-marks.
 
-    The function `pause` is called before each block, to slow the reading down.
+    The study may change meanwhile: a difference between a file and the catalogue is damage only if the catalogue is
+    still the same after the file was read. The function `pause` is called before each block, to slow the reading down.
 
     Yields
     ------
@@ -84,42 +88,79 @@ def verify(store: Store, record: Record, pause: Callable[[], None] = lambda: Non
     Raises
     ------
     StudyNotFound
-        If the study does not exist.
+        If the study does not exist, or was deleted meanwhile.
     StoreAway
         If the location of the cubes cannot be reached, or denies access.
     """
+    for _ in range(_TRIES):
+        entry = _Entry.of(store, record.id)
+        shelf = store.cube_shelf(record.id, entry.row.number)
+        described, damages = _around_blocks(shelf, entry)
+        if not damages or _Entry.of(store, record.id) == entry:
+            break
+    yield from damages
+    if described is None:
+        return
+    for mark in entry.whole_marks:
+        pause()
+        trouble = _trouble(shelf, described, mark)
+        if trouble is not None and _holds(store, record.id, mark):
+            yield Damage(mark.block, trouble)
+
+
+def _holds(store: Store, study_id: str, mark: Row[Any]) -> bool:
+    """Whether the catalogue still has a done-mark; raise `StudyNotFound` if the study was deleted meanwhile."""
+    b = done_blocks.c
     with store.catalogue.reading() as connection:
-        row = study_row(connection, record.id)
-        shelf = store.cube_shelf(record.id, row.number)
-        marks = rows_of_marks(connection, row.number)
-        sums = sums_of_marks(connection, row.number)
-        put_off = marks_put_off(connection, record.id)
-    for mark in marks:
-        if not is_sound(done_blocks, mark):
-            yield _damaged_mark(mark)
-    marks = [mark for mark in marks if isinstance(mark.block, int)]
-    found = _row(row, sums)
-    if found is not None:
-        yield Damage(None, found, "catalogue")
+        number = study_row(connection, study_id).number
+        query = select(done_blocks).where(b.study == number, b.block == mark.block)
+        return connection.execute(query).one_or_none() == mark
+
+
+@dataclass(frozen=True)
+class _Entry:
+    """What the catalogue has of a study at one moment."""
+
+    row: Row[Any]
+    marks: Sequence[Row[Any]]
+    sums: Mapping[str, Any]
+    # note that the list of marks in the cube must still be written
+    put_off: str | None
+
+    @classmethod
+    def of(cls, store: Store, study_id: str) -> "_Entry":
+        with store.catalogue.reading() as connection:
+            row = study_row(connection, study_id)
+            marks, sums = rows_of_marks(connection, row.number), sums_of_marks(connection, row.number)
+            return cls(row, marks, sums, marks_put_off(connection, study_id))
+
+    @property
+    def whole_marks(self) -> list[Row[Any]]:
+        """The done-marks whose index is a number."""
+        return [mark for mark in self.marks if isinstance(mark.block, int)]
+
+
+def _around_blocks(shelf: Shelf, entry: _Entry) -> tuple[Description | None, list[Damage]]:
+    """Check everything except the blocks' files. The description is None if the files cannot be checked."""
+    found = [_damaged_mark(mark) for mark in entry.marks if not is_sound(done_blocks, mark)]
+    wrong = _row(entry.row, entry.sums)
+    if wrong is not None:
+        found.append(Damage(None, wrong, "catalogue"))
+    record = record_of(entry.row)
     try:
         study = parse_stored(record.definition, record.digest)
     except DefinitionDamaged as error:
-        yield Damage(None, f"its definition in the catalogue is damaged: {error.fault.found}", "catalogue")
-        return
-    described, found = _description(shelf, record, study)
+        told = f"its definition in the catalogue is damaged: {error.fault.found}"
+        return None, [*found, Damage(None, told, "catalogue")]
+    described, wrong = _description(shelf, record, study)
     if described is None:
-        yield Damage(None, found, "description")
-        return
+        return None, [*found, Damage(None, wrong, "description")]
     for key in lost_attachments(shelf, study):
         lost = f"{key}, a file of the study, is lost or not as it was written"
-        yield Damage(None, lost, "description")
-    if not put_off:
-        yield from _marks(shelf, row, marks)
-    for mark in marks:
-        pause()
-        trouble = _trouble(shelf, described, mark)
-        if trouble is not None:
-            yield Damage(mark.block, trouble)
+        found.append(Damage(None, lost, "description"))
+    if not entry.put_off:
+        found += _marks(shelf, entry.row, entry.whole_marks)
+    return described, found
 
 
 def check_catalogue(store: Store, pause: Callable[[], None] = lambda: None) -> Iterator[str]:
@@ -184,8 +225,11 @@ def _apart(store: Store, names: Sequence[str], pause: Callable[[], None]) -> Ite
         if cubes[name][0] not in alive or holds_results(store.shelf.at(name)):
             yield f"cube {name} belongs to no study of the catalogue; `damperlab store rebuild` adds it"
     lost = {cube_name(study_id, number) for study_id, number in alive.items()}.difference(names)
-    if lost:  # some cubes may have been created after the names were read
+    if lost:  # some cubes may have been created after the names were read, and removed with their studies
         lost.difference_update(store.shelf.shelves())
+        with store.catalogue.reading() as connection:
+            still = connection.execute(select(studies.c.id, studies.c.number).where(ALIVE)).all()
+        lost.intersection_update(cube_name(row.id, row.number) for row in still)
     for name in sorted(lost):
         yield f"the cube {name} is lost; restore it from a backup, or delete its study"
     for name, (study_id, number) in cubes.items():
@@ -195,17 +239,18 @@ def _apart(store: Store, names: Sequence[str], pause: Callable[[], None]) -> Ite
         shelf = store.shelf.at(name)
         try:
             kept = read_marks(shelf)
-            buried = read_tombstone(shelf) is not None
+            deleted = read_tombstone(shelf)
         except (OSError, ValueError):
             continue  # `verify` reports this damage
-        if kept is None and not buried:
+        if kept is None and deleted is None:
             continue
         with store.catalogue.reading() as connection:
             row = connection.execute(select(studies).where(studies.c.number == number)).one_or_none()
             if row is None or row.deleted is not None or claim_owner(row) is not None:
                 continue  # the study was deleted meanwhile, or a process is working on it
             ended = kept is not None and lost_end(kept[0], row, last_event(connection, study_id))
-        if buried:
+        # the record of the deletion was removed if the study was restored meanwhile
+        if deleted is not None and read_tombstone(shelf) == deleted:
             yield f"study {study_id} was deleted, but the catalogue has lost the deletion; `damperlab store rebuild` repeats it"
         elif ended and kept is not None:
             yield (
@@ -228,6 +273,7 @@ def repair(store: Store, record: Record, damages: list[Damage]) -> Record:
         If a ground-motion record is lost both in the cube and in the data directory.
     """
     parts = {damage.part for damage in damages}
+    record = store.find(record.id)
     shelf = store.find_cube(record.id)
     if "description" in parts:
         study = parse_stored(record.definition, record.digest)
@@ -241,7 +287,9 @@ def repair(store: Store, record: Record, damages: list[Damage]) -> Record:
     if blocks or "catalogue" in parts:
         record = store.forget(record.id, blocks, "damaged")
     if record.ended and parts & {"description", "marks"}:
-        keep_marks(store, record.id, {})
+        with store.catalogue.writing() as connection:
+            put_off_marks(connection, record.id)
+        store.settle_marks(record.id)
     return store.find(record.id)
 
 
@@ -280,10 +328,11 @@ def _description(shelf: Shelf, record: Record, study: Study | Suite) -> tuple[De
     told = {
         "digest": (described.digest, record.digest),
         "definition": (_parse_json(described.attributes.get("study")), record.definition),
-        "provenance": (_parse_json(described.attributes.get("provenance")), record.provenance),
         "blocks": (next(iter(described.arrays.values())).chunks, record.chunk),
         "shape": (next(iter(described.arrays.values())).shape, record.shape),
     }
+    if record.blocks_done:  # the solver is written to the cube before it is written to the catalogue
+        told["provenance"] = (_parse_json(described.attributes.get("provenance")), record.provenance)
     for name, (theirs, ours) in told.items():
         if theirs != ours:
             return None, f"the {name} in the cube's description and in the catalogue differ"

@@ -26,7 +26,7 @@ from damperlab.studies.store.catalogue.rows import (
 from damperlab.studies.store.catalogue.tables import done_blocks, studies
 from damperlab.studies.store.cube.block_file import BLOCKS
 from damperlab.studies.store.faults import NothingToDo, StoreFault, catalogue_damaged, using
-from damperlab.studies.store.life_cycle.manifest import drop_marks, keep_marks
+from damperlab.studies.store.life_cycle.manifest import drop_marks, put_off_marks
 from damperlab.studies.store.life_cycle.states import States
 from damperlab.studies.store.record import BlockOutcome, Record
 from damperlab.studies.vocabulary import ENDED
@@ -178,21 +178,24 @@ class Blocks(States):
 
         with self.catalogue.reading() as connection:
             row = look(connection)
+        if row.state in ENDED:
+            # tell other processes that the list is missing on purpose, also if this process is killed
+            with self.catalogue.writing() as connection:
+                put_off_marks(connection, study_id)
         shelf = self.cube_shelf(study_id, row.number)
-        with using(shelf.address):
-            # first remove the list of marks in the cube, so that the list never names an invalidated block
-            drop_marks(shelf)
-            # create the folder of the blocks again, because the folder may have been lost
-            shelf.fill({}, (BLOCKS,))
         try:
+            with using(shelf.address):
+                # first remove the list of marks in the cube, so that the list never names an invalidated block
+                drop_marks(shelf)
+                # create the folder of the blocks again, because the folder may have been lost
+                shelf.fill({}, (BLOCKS,))
             with self.catalogue.writing() as connection:
                 return self._take_back(connection, look(connection), blocks, why, queue=owner is None)
-        except StoreFault:
-            # another process may have claimed the study meanwhile: write the removed list of marks again
+        finally:
+            # another process may have claimed the study meanwhile, or written the list again
             if row.state in ENDED:
-                with suppress(StoreFault, OSError):
-                    keep_marks(self, study_id, {})
-            raise
+                with suppress(StoreFault):
+                    self.settle_marks(study_id)
 
     def _take_back(
         self, connection: Connection, row: Row[Any], blocks: Sequence[int], why: str, *, queue: bool

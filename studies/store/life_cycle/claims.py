@@ -208,7 +208,7 @@ class Claims(Blocks):
 
     def _kept(self, study_id: str, now: float) -> bool:
         try:
-            self._keep_marks(study_id, "done", None, now)
+            self._keep_marks_of_done(study_id, None, now)
         except StoreFault:
             return False  # study deleted, or disk full: the next run ends a study that still exists
         return True

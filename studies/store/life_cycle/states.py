@@ -6,6 +6,7 @@ The state, the done-marks and the remarks of an ended study are also stored in i
 import json
 import time
 from collections.abc import Callable, Mapping
+from contextlib import suppress
 from typing import Any
 
 from sqlalchemy import Connection, Row, delete, select, update
@@ -71,19 +72,24 @@ class States(Lookup):
         if state not in STATES:
             raise ValueError(f"{state!r} is none of {STATES}")
         now = time.time()
-        later = state in ENDED and state != "done" and not at_once
-        if state in ENDED and not later:
+        if state == "done":
             with self.catalogue.reading() as connection:
                 changes = _may_change(study_row(connection, study_id), only_from, owner)
             # if the state will not be changed, the marks in the cube must not be changed either
             if changes:
-                self._keep_marks(study_id, state, message, now)
+                self._keep_marks_of_done(study_id, message, now)
+        late = state in ENDED and state != "done"
         with self.catalogue.writing() as connection:
-            if later:
+            if late:
                 put_off_marks(connection, study_id)
-            return self._change_state(
+            record = self._change_state(
                 connection, study_id, state, message, only_from=only_from, owner=owner, now=now
             )
+        if late and at_once:
+            # a cancelled or failed study may end without a list of marks, because the disk may be full
+            with suppress(StoreFault):
+                self.settle_marks(study_id)
+        return record
 
     def _change_state(
         self,
@@ -197,16 +203,11 @@ class States(Lookup):
         with self.catalogue.writing() as connection:
             log_event(connection, study_id, storable(what))
 
-    def _keep_marks(self, study_id: str, state: str, message: str | None, now: float) -> None:
-        changes = {"state": state, "finished": now} | (
-            {} if message is None else {"message": message or None}
-        )
-        try:
-            keep_marks(self, study_id, changes)
-        except OSError as error:
-            if state == "done":
-                raise cannot_use(self.shelf.address, error) from error
-            # a cancelled or failed study may end without a list of marks, because the disk may be full
+    def _keep_marks_of_done(self, study_id: str, message: str | None, now: float) -> None:
+        """Write the done-marks of a study that is about to be done; raise `StoreFault` if this fails."""
+        told = {} if message is None else {"message": message or None}
+        with using(self.shelf.address):
+            keep_marks(self, study_id, {"state": "done", "finished": now} | told)
 
     def remark(self, study_id: str, remarks: Remarks, *, at_once: bool = True) -> Record:
         """Store a user's remarks about a study in the catalogue, and for an ended study also in the cube.
@@ -232,7 +233,7 @@ class States(Lookup):
                 # the list of marks in the cube also stores the remarks, so the list must be written again
                 put_off_marks(connection, study_id)
         if row.state in ENDED and at_once:
-            self._keep_late(study_id)
+            self.settle_marks(study_id)
         return record_of(row)
 
     def keep_late_marks(self, stop: Callable[[], bool] = lambda: False) -> None:
@@ -253,30 +254,27 @@ class States(Lookup):
             if stop():
                 return
             try:
-                self._keep_late(key.removeprefix(PUT_OFF))
+                self.settle_marks(key.removeprefix(PUT_OFF))
             except StoreFault as error:  # continue with the other studies
                 failed = failed or error
         if failed is not None:
             raise failed
 
-    def _keep_late(self, study_id: str) -> None:
+    def settle_marks(self, study_id: str) -> None:
+        """Make the list of done-marks in a cube agree with the catalogue, and delete the note of `put_off_marks`.
+
+        If the study has ended, the list is written, else removed. If the study changes meanwhile, this is repeated.
+        """
         with self.catalogue.reading() as connection:
             note = marks_put_off(connection, study_id)
+        settled: object = ()
         try:
-            # the done-marks of a resumed study are written when the study ends
-            before = self.find(study_id)
-            if before.ended:
-                keep_marks(self, study_id, {})
-                after = self.find(study_id)
-                if (after.revision, after.state, after.finished) != (
-                    before.revision,
-                    before.state,
-                    before.finished,
-                ):
-                    # the study changed during this write, which may have replaced newer marks
+            while (end := self._end_of(study_id)) != settled:
+                settled = end
+                if end is not None:
+                    keep_marks(self, study_id, {})
+                else:
                     drop_marks(self.find_cube(study_id))
-                    self._keep_late(study_id)
-                    return
         except (StudyNotFound, FileNotFoundError):
             pass  # the study was deleted or its cube is lost, so there is no place to write to
         except OSError as error:
@@ -285,6 +283,12 @@ class States(Lookup):
             # delete only this note: marks that were postponed meanwhile have another note
             key = f"{PUT_OFF}{study_id}"
             connection.execute(delete(facts).where(facts.c.key == key, facts.c.value == note))
+
+    def _end_of(self, study_id: str) -> tuple[Any, ...] | None:
+        """Return values that another end of the study would change; None if the study has not ended."""
+        with self.catalogue.reading() as connection:
+            row = study_row(connection, study_id)
+        return (row.state, row.revision, row.finished) if row.state in ENDED else None
 
 
 def _may_begin(row: Row[Any], facts: Mapping[str, str], owner: str | None) -> bool:

@@ -5,6 +5,7 @@ from collections.abc import Iterator
 from pathlib import Path
 
 import pytest
+from tests.studies.store.racing import Watched
 
 from damperlab.studies.store.store import Store
 
@@ -30,3 +31,11 @@ def copy(tmp_path: Path) -> Iterator[Store]:
     opened = Store.open(tmp_path / "copy")
     yield opened
     opened.close()
+
+
+@pytest.fixture
+def watched(store: Store) -> Store:
+    shelf = Watched(store.shelf.address)
+    shelf.catalogue = store.catalogue
+    store.shelf = shelf
+    return store

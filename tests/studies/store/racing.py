@@ -1,8 +1,11 @@
-"""What other processes do to a store: race for one study, from the tables of its catalogue to its blocks, or die on the way."""
+"""What other processes do to a store: race for one study, from the tables of its catalogue to its blocks, die on the way,
+or do something between any two touches of a file.
+"""
 
 import os
 import signal
 import warnings
+from collections.abc import Callable
 from concurrent.futures import ThreadPoolExecutor
 from multiprocessing.queues import SimpleQueue
 from multiprocessing.synchronize import Barrier
@@ -10,12 +13,44 @@ from pathlib import Path
 from typing import Any
 
 import numpy as np
-from tests.filling import enter, make_study
 
 from damperlab.studies.definition import parse_study
 from damperlab.studies.plan import plan_with_chunk
+from damperlab.studies.store.catalogue.catalogue import Catalogue
+from damperlab.studies.store.files.folder import Folder
 from damperlab.studies.store.record import BlockOutcome
 from damperlab.studies.store.store import Store
+
+TOUCHES = (
+    "get",
+    "read",
+    "put",
+    "put_new",
+    "fill",
+    "make",
+    "entries",
+    "shelves",
+    "remove",
+    "clear",
+)
+
+
+class Watched(Folder):
+    """A folder that refuses to be touched while somebody writes to the catalogue, and calls back before it is."""
+
+    catalogue: Catalogue
+    before: Callable[[str], None] = staticmethod(lambda name: None)
+
+    def at(self, name: str) -> "Watched":
+        below = Watched(self._path / name)
+        below.catalogue, below.before = self.catalogue, self.before  # type: ignore[method-assign]
+        return below
+
+    def __getattribute__(self, name: str) -> Any:
+        if name in TOUCHES:
+            assert not self.catalogue._turn.locked(), f"{name} within a transaction"
+            self.before(name)
+        return super().__getattribute__(name)
 
 
 def race(
@@ -44,12 +79,12 @@ def race(
     answers.put((record.id, created, won))
 
 
-def submit_and_die(folder: Path, where: str) -> None:
-    """Submit a study, and be killed in place of a method of the store."""
+def die_at(where: str, what: Callable[[Store], object], folder: Path) -> None:
+    """Do something to a store, and be killed in place of a method of the store."""
 
-    def die(*given: Any) -> None:
+    def die(*given: Any, **named: Any) -> None:
         os.kill(os.getpid(), signal.SIGKILL)
 
     store = Store.open(folder)
     setattr(store, where, die)
-    enter(store, make_study())
+    what(store)

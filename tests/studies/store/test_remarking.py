@@ -185,14 +185,14 @@ def test_late_marks_of_one_study_that_cannot_be_written_hold_up_no_other(store, 
     ids = [enter(store, make_study(damping_ratio=0.01 + 0.01 * n)).id for n in range(3)]
     for each in ids:
         store.set_state(each, "cancelled", at_once=False)
-    keep = store._keep_late
+    keep = store.settle_marks
 
     def refuse_the_second(study_id):
         if study_id == ids[1]:
             raise StoreFault("store", "a full disk", "room", "make room")
         keep(study_id)
 
-    monkeypatch.setattr(store, "_keep_late", refuse_the_second)
+    monkeypatch.setattr(store, "settle_marks", refuse_the_second)
     with pytest.raises(StoreFault):
         store.keep_late_marks()
     numbers = {record.id: Path(store.cube_path(record.id)) for record in store.page().records}

@@ -1,61 +1,19 @@
 """What writes to the catalogue waits for no disk and no object store meanwhile, and what is cut short loses nothing."""
 
 import multiprocessing
-from collections.abc import Callable
 from pathlib import Path
 from typing import Any
 
 import pytest
 from tests.filling import enter, make_plan_of, make_study, values_of
-from tests.studies.store.racing import submit_and_die
+from tests.studies.store.racing import die_at
 
 from damperlab.studies.remarks import Remarks
 from damperlab.studies.store.care.rebuild import rebuild
 from damperlab.studies.store.care.sweep import collect_garbage
 from damperlab.studies.store.care.verify import check_catalogue, verify
-from damperlab.studies.store.catalogue.catalogue import Catalogue
 from damperlab.studies.store.cube.block_file import write_region
-from damperlab.studies.store.files.folder import Folder
 from damperlab.studies.store.store import Store
-
-TOUCHES = (
-    "get",
-    "read",
-    "put",
-    "put_new",
-    "fill",
-    "make",
-    "entries",
-    "shelves",
-    "remove",
-    "clear",
-)
-
-
-class Watched(Folder):
-    """A folder that refuses to be touched while somebody writes to the catalogue, and calls back before it is."""
-
-    catalogue: Catalogue
-    before: Callable[[str], None] = staticmethod(lambda name: None)
-
-    def at(self, name: str) -> "Watched":
-        below = Watched(self._path / name)
-        below.catalogue, below.before = self.catalogue, self.before  # type: ignore[method-assign]
-        return below
-
-    def __getattribute__(self, name: str) -> Any:
-        if name in TOUCHES:
-            assert not self.catalogue._turn.locked(), f"{name} within a transaction"
-            self.before(name)
-        return super().__getattribute__(name)
-
-
-@pytest.fixture
-def watched(store: Store) -> Store:
-    shelf = Watched(store.shelf.address)
-    shelf.catalogue = store.catalogue
-    store.shelf = shelf
-    return store
 
 
 def test_no_file_is_touched_within_a_transaction(watched):
@@ -124,10 +82,14 @@ def test_a_cube_that_was_taken_for_garbage_before_its_study_was_entered_is_made_
     assert list(verify(store, store.find(record.id))) == []
 
 
+def submit(store: Store) -> None:
+    enter(store, make_study())
+
+
 @pytest.mark.parametrize("where", ["_make", "_publish"])
 def test_a_submission_that_is_killed_leaves_nothing_that_hinders_the_next(tmp_path: Path, where: str) -> None:
     """Before its cube is made, or before its row is."""
-    process = multiprocessing.get_context("spawn").Process(target=submit_and_die, args=(tmp_path, where))
+    process = multiprocessing.get_context("spawn").Process(target=die_at, args=(where, submit, tmp_path))
     process.start()
     process.join()
     assert process.exitcode == -9
