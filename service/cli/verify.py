@@ -35,13 +35,20 @@ def verify(
     store = open_store(data_dir)
     records = _every(store) if study is None else iter([find_study(store, study)])
     from damperlab.studies.store.care.verify import check_catalogue
+    from damperlab.studies.store.faults import StudyNotFound
 
     with working("Reading the catalogue"):
         catalogue = list(check_catalogue(store)) if study is None else []
     for line in catalogue:
         note(f"damperlab: {line}")
     with Computer(store, means) as computer:
-        answers = [_verify(computer, record, repair, study is not None) for record in records]
+        answers = []
+        for record in records:
+            try:
+                answers.append(_verify(computer, record, repair, study is not None))
+            except StudyNotFound:
+                if study is not None:
+                    raise  # otherwise the study was deleted after the list of studies was read
     if as_json:
         print_json({"studies": answers, "catalogue": catalogue})
     elif study is None:

@@ -85,26 +85,15 @@ def read(service: TheService, study_id: StudyId, key: Key, request: Request) -> 
 def _read(store: Store, study: Record, revision: int | None, key: str, request: Request) -> Response:
     for _ in range(TRIES):
         shelf, marks = store.snapshot(study.id, revision)
-        place = chunk_place(key, block_grid(study.shape, study.chunk))
-        if place is None:
-            group = group_of(key, _description(shelf))
-            if group is not None:
-                return _grouped(shelf, group, marks, request)
-            return _metadata(shelf, key, request, complete=len(marks) == study.blocks_total)
-        variable, index = place
-        if variable not in _description(shelf).arrays:
-            raise _nothing(key)
-        generation = marks.get(index)
-        if generation is not None:
-            tag = f'"{shelf.name}-{index}-{generation}"'
-            if has_seen(request.headers, tag):
-                return Response(status_code=304, headers=_headers(tag))
-            try:
-                return _part(request, _content(shelf, variable, index, generation), tag)
-            except BlockDamaged:
-                if store.snapshot(study.id, revision) == (shelf, marks):
-                    raise
+        try:
+            answer = _answer(shelf, marks, study, key, request)
+        except BlockDamaged:
+            # files may have been replaced since the done-marks were read
+            if store.snapshot(study.id, revision) == (shelf, marks):
+                raise
             continue
+        if answer is not None:
+            return answer
         if revision is not None:
             raise _nothing(key)
         # The study may have ended or been resumed since its record was read. Then the block is looked up again.
@@ -117,10 +106,30 @@ def _read(store: Store, study: Record, revision: int | None, key: str, request: 
     raise Problem(
         409,
         "block-unfinished",
-        f"Block {index} is not computed yet, and the study is {study.state}. Open the cube at a revision to "
+        f"The block of {key} is not computed yet, and the study is {study.state}. Open the cube at a revision to "
         f"get fill values for such blocks; …/zarr/@{study.revision}/ is the newest.",
         headers={"Cache-Control": "no-store"},
     )
+
+
+def _answer(shelf: Shelf, marks: Marks, study: Record, key: str, request: Request) -> Response | None:
+    """Return the content of a key at one moment of the study; None if the key is that of a block that is not done."""
+    place = chunk_place(key, block_grid(study.shape, study.chunk))
+    if place is None:
+        group = group_of(key, _description(shelf))
+        if group is not None:
+            return _grouped(shelf, group, marks, request)
+        return _metadata(shelf, key, request, complete=len(marks) == study.blocks_total)
+    variable, index = place
+    if variable not in _description(shelf).arrays:
+        raise _nothing(key)
+    generation = marks.get(index)
+    if generation is None:
+        return None
+    tag = f'"{shelf.name}-{index}-{generation}"'
+    if has_seen(request.headers, tag):
+        return Response(status_code=304, headers=_headers(tag))
+    return _part(request, _content(shelf, variable, index, generation), tag)
 
 
 def _content(shelf: Shelf, variable: str, index: int, generation: str) -> bytes:

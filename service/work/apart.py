@@ -12,7 +12,7 @@ from starlette.requests import Request
 
 from damperlab.service.settings import Settings
 from damperlab.service.state import Service
-from damperlab.studies.store.faults import using
+from damperlab.studies.store.faults import BlockDamaged, using
 from damperlab.studies.store.record import Record
 from damperlab.studies.store.store import Store
 
@@ -20,6 +20,9 @@ PIECE_BYTES = 1 << 20
 """Size of the pieces in which a long answer is sent."""
 EXPORT_POINTS = 1_000_000
 """For n times this number of points, the time limit of an export is n + 1 times the time limit of a request."""
+
+TRIES = 5
+"""Largest number of attempts to read a study while it changes."""
 
 Result = TypeVar("Result")
 
@@ -35,7 +38,7 @@ async def computed(
     """Call an importable function with the store, the study and further arguments, and return its picklable result."""
     if is_large(service, study):
         return await service.work.run(request, _there, service.settings, study, function, more)
-    return await run_sync(function, service.store, study, *more)
+    return await run_sync(steady, service.store, study, function, more)
 
 
 async def written(
@@ -75,7 +78,7 @@ async def written(
             arguments = (service.settings, study, function, (place, *more))
             found = await work.run(request, _there, *arguments, shares=shares)
         else:
-            found = await run_sync(function, service.store, study, place, *more)
+            found = await run_sync(steady, service.store, study, function, (place, *more))
         return found, await run_sync(_open, place)
     finally:
         # remove all files in the folder, because a killed process may have left files
@@ -102,7 +105,27 @@ def _there(
     settings: Settings, study: Record, function: Callable[..., Result], more: tuple[object, ...]
 ) -> Result:
     """Call a function with the store that this process has opened. The call runs in a process of `Work`."""
-    return function(store_of(settings), study, *more)
+    return steady(store_of(settings), study, function, more)
+
+
+def steady(
+    store: Store, study: Record, function: Callable[..., Result], more: tuple[object, ...] = ()
+) -> Result:
+    """Call a function that reads a study. If the files that it reads are replaced meanwhile, call it again.
+
+    Raises
+    ------
+    BlockDamaged
+        If the function raises this error, and the study has not changed.
+    """
+    for _ in range(TRIES - 1):
+        try:
+            return function(store, study, *more)
+        except BlockDamaged:
+            before, study = study, store.find(study.id)
+            if (before.created, before.revision) == (study.created, study.revision):
+                raise
+    return function(store, study, *more)
 
 
 def _folder(where: Path | None) -> "TemporaryDirectory[str]":

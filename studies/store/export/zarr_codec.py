@@ -105,6 +105,7 @@ class _Seen:
 async def _look(store: Store, cube: str) -> _Seen:
     """Find the file of each block from the done-marks; in an incomplete cube, also from the headers of the files."""
     content = await _get(store, cube + DESCRIPTION)
+    complete = b'"complete": "yes"' in content
     try:
         description = describe_cube(content)
         try:
@@ -113,8 +114,13 @@ async def _look(store: Store, cube: str) -> _Seen:
             marks = []
     except ValueError as error:
         raise OSError(f"{store}/{cube}: {error}; {_MEND}") from error
+    if complete and not marks:
+        # the done-marks may have been invalidated since the description was read
+        if await _get(store, cube + DESCRIPTION) != content:
+            return await _look(store, cube)
+        raise OSError(f"{store}/{cube}{MARKS} is lost; {_MEND}")
     generations = {int(mark["block"]): str(mark["generation"]) for mark in marks}
-    if b'"complete": "yes"' not in content:
+    if not complete:
         async for key in store.list_prefix(f"{cube}{BLOCKS}/"):
             found = parse_block_key(key.removeprefix(cube))
             if found is None or found[0] in generations or found[1].endswith(".partial"):
@@ -123,8 +129,6 @@ async def _look(store: Store, cube: str) -> _Seen:
                 header = await _header(store, key)
                 if header.mark.get("message") is None:
                     generations[found[0]] = found[1]
-    elif not marks:
-        raise OSError(f"{store}/{cube}{MARKS} is lost; {_MEND}")
     return _Seen(description, generations)
 
 

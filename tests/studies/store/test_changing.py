@@ -9,9 +9,13 @@ from itertools import count
 from pathlib import Path
 
 import pytest
+from starlette.requests import Request
 from tests.filling import enter, make_plan_of, make_study, put, values_of, write
 from tests.studies.store.racing import Watched, die_at
 
+from damperlab.service.problems import Problem
+from damperlab.service.routes import zarr
+from damperlab.service.work.apart import steady
 from damperlab.studies.definition import Study
 from damperlab.studies.remarks import Remarks
 from damperlab.studies.store.care.backup import copy_store
@@ -26,6 +30,7 @@ CHUNK = (1, 1, 1, 2, 3, 4)
 """Three blocks."""
 DONE = make_study("done", metrics=["amplitude_ratio"])
 BEGUN = make_study("begun", damping_ratio=0.2, metrics=["amplitude_ratio"])
+SCOPE = {"type": "http", "headers": []}
 DONE_ID, BEGUN_ID = DONE.digest[:12], BEGUN.digest[:12]
 
 
@@ -163,6 +168,25 @@ def test_a_study_that_is_changed_while_it_is_verified_is_not_called_damaged(made
 def test_a_study_that_is_verified_while_it_is_changed_is_not_called_damaged(made, tmp_path, change):
     for _, found in meanwhile(made, tmp_path, change, damage):
         assert found in ([], [[]])
+
+
+@pytest.mark.parametrize("change", [retry, *NIGHT])
+def test_a_study_that_is_changed_while_it_is_exported_or_sent_is_not_called_damaged(made, tmp_path, change):
+    """A chunk of several blocks over HTTP; a study that changed or was deleted may be refused, saying so."""
+
+    def read(store: Store) -> list[int]:
+        try:
+            record = store.find(DONE_ID)
+            steady(store, record, lambda there, now: there.cube(now.id).load())
+            answer = zarr._read(store, record, None, "amplitude_ratio/0.0.0.0.0.0", Request(SCOPE))
+        except StudyNotFound:
+            return [404]
+        except Problem as problem:
+            return [problem.status]
+        return [answer.status_code]
+
+    for found, _ in meanwhile(made, tmp_path, read, change):
+        assert found in ([200], [404], [409])
 
 
 @pytest.mark.night

@@ -4,17 +4,22 @@ import json
 import os
 import threading
 import tracemalloc
+from collections.abc import Callable
 from contextlib import closing
+from functools import partial
 from pathlib import Path
+from typing import Any, ClassVar
 
 import numpy as np
 import pytest
 import xarray as xr
 from tests.filling import enter, entered, make_plan_of, make_study, outcome_of, put, values_of
+from zarr.storage import LocalStore
 
 import damperlab.studies.store.files.folder
 from damperlab.studies.store.cube.block_file import write_region
 from damperlab.studies.store.faults import StoreFault
+from damperlab.studies.store.life_cycle.manifest import MARKS
 from damperlab.studies.store.store import Store
 from damperlab.studies.variables import DIMENSIONS, STANDARD, VARIABLES, Status
 
@@ -101,6 +106,28 @@ def test_xarray_tells_a_block_that_is_lost_or_damaged(store):
     file.unlink()
     with pytest.raises(OSError, match=r"block 3.*damperlab store verify"):
         xr.open_zarr(path, chunks=None).load()
+
+
+class Meanwhile(LocalStore):
+    """A folder in which something happens before the list of marks is read for the first time."""
+
+    happens: ClassVar[list[Callable[[], object]]] = []  # xarray copies the store
+
+    async def get(self, key: str, *more: Any, **named: Any) -> Any:
+        if key == MARKS and self.happens:
+            self.happens.pop()()
+        return await super().get(key, *more, **named)
+
+
+def test_xarray_reads_a_cube_whose_marks_are_invalidated_after_its_description_was_read(store):
+    study, plan, study_id = entered(store, metrics=["amplitude_ratio"])
+    put(store, study, *range(plan.count), generation="g")
+    store.set_state(study_id, "done")
+    before = store.cube(study_id)["amplitude_ratio"].load()
+    Meanwhile.happens.append(partial(store.forget, study_id, [3], "by hand"))
+    seen = xr.open_zarr(Meanwhile(store.cube_path(study_id)), chunks=None)["amplitude_ratio"].load()
+    assert not Meanwhile.happens
+    np.testing.assert_array_equal(seen, before)  # the older files stay until they are swept
 
 
 def test_a_study_of_one_point_takes_a_handful_of_files(store):
