@@ -38,8 +38,8 @@ class Attempt:
         Addresses of workers at which the block failed.
     tries : int
         Number of earlier attempts.
-    moved : bool
-        Whether the block ran far too long at another worker. The attempt then has no time limit.
+    moves : int
+        Number of earlier attempts that ran far too long.
     """
 
     index: int
@@ -48,7 +48,7 @@ class Attempt:
     apart: bool = False
     avoid: frozenset[str] = frozenset()
     tries: int = 0
-    moved: bool = False
+    moves: int = 0
 
     def begun(self, apart: bool = False) -> "Attempt":
         """Return the next attempt at the block; if `apart` is true, the attempt runs in a separate process."""

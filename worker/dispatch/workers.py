@@ -21,6 +21,8 @@ BLOCKS_PER_THREAD = 2
 
 STUCK_SECONDS, STUCK_TIMES = 600.0, 100.0
 """A block is moved to another worker after the longer of `STUCK_SECONDS` and `STUCK_TIMES` times its expected time."""
+LONGER_TIMES = 10.0
+"""Factor by which this time grows with each earlier move. So a block that takes long is computed in the end."""
 
 
 class Workers(Standings):
@@ -88,8 +90,8 @@ class Workers(Standings):
         """Take blocks back from workers at which a block runs far too long.
 
         A block stays where it is if no other worker is usable, or if it was moved before. From a leaving
-        worker, it is taken back even then, because this worker may never end. A worker that is not leaving is
-        excluded, and tested again after `AGAIN_SECONDS`.
+        worker, it is taken back even then, because this worker may never end; the limit grows by `LONGER_TIMES`
+        each time. A worker that is not leaving is excluded, and tested again after `AGAIN_SECONDS`.
 
         Returns
         -------
@@ -102,11 +104,11 @@ class Workers(Standings):
         for key, worker in running.items():
             attempt = worker.held.get(key)
             leaves = worker.standing == "leaving"
-            if attempt is None or (attempt.moved and not leaves):
+            if attempt is None or (attempt.moves and not leaves):
                 continue
             seconds = now - self._since[key]
             expected = 1.0 if self._seconds is None else self._seconds[attempt.index]
-            if seconds <= max(STUCK_SECONDS, STUCK_TIMES * expected):
+            if seconds <= max(STUCK_SECONDS, STUCK_TIMES * expected) * LONGER_TIMES**attempt.moves:
                 continue
             # checked last, because `_is_alone` iterates over all workers
             if not leaves and self._is_alone(worker):
@@ -118,7 +120,7 @@ class Workers(Standings):
                 self.leave_out(worker.address, reason, now + AGAIN_SECONDS)
             for each in list(worker.held):
                 taken = self._take(each)
-                self._again.append(replace(taken.begun(), moved=True) if each == key else taken)
+                self._again.append(replace(taken.begun(), moves=taken.moves + 1) if each == key else taken)
                 lost.append(each)
         return lost
 

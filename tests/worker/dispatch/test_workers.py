@@ -3,7 +3,7 @@
 import pytest
 from tests.benchmarks import model
 
-from damperlab.worker.dispatch.workers import STUCK_SECONDS, Workers
+from damperlab.worker.dispatch.workers import LONGER_TIMES, STUCK_SECONDS, Workers
 
 
 def workers_of(count: int, blocks: int, threads: int = 1) -> Workers:
@@ -49,10 +49,14 @@ def test_a_block_stays_at_the_only_worker_but_not_at_one_that_leaves_and_never_e
     assert "w0 leaves, and block 0 has been there for" in workers.incidents[-1]
     workers.see({"w0": 1, "w1": 1}, ["w1"])
     workers.admit("w1")
-    fill(workers)
+    waited, moved = fill(workers)["w1"]
+    assert (waited, moved) == (1, 0)
+    workers.ended(next(iter(workers.states["w1"].held)))
     workers.see({"w0": 1, "w1": 1}, ())
     workers.take_away(0.0)
-    assert len(workers.take_away(STUCK_SECONDS + 1.0)) == 1  # though it was moved before
+    # though it was moved before; but not so soon that a block that takes long would never end
+    assert workers.take_away(LONGER_TIMES * STUCK_SECONDS) == []
+    assert len(workers.take_away(LONGER_TIMES * STUCK_SECONDS + 1.0)) == 1
 
 
 def test_all_blocks_of_a_worker_go_to_others_if_two_of_them_run_for_too_long() -> None:
