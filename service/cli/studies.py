@@ -235,10 +235,12 @@ def delete(
         restore = f"damperlab undelete {record.id}{folder_option(data_folder(data_dir))}"
         note(f"Study {label(record)} is in the trash. Restore it with: {restore}")
         return
-    if yes and study == record.name and store.namesakes(record):
-        message = (
-            f"found {study}, the name of several studies; allowed with --yes: an id, from `damperlab studies`"
-        )
+    several = study == record.name and store.namesakes(record)
+    # a command that is repeated would delete another version of the study
+    earlier = study != record.id and store.existed(study)
+    if yes and (several or earlier):
+        what = "the name of several studies" if several else f"an earlier version of {record.id}"
+        message = f"found {study}, {what}; allowed with --yes: an id, from `damperlab studies`"
         raise typer.BadParameter(message, param_hint="STUDY")
     if not yes:
         question = f"Delete study {label(record)} with {record.points_done:,} computed points for good?"

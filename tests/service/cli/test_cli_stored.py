@@ -14,6 +14,7 @@ import numpy as np
 import pytest
 import xarray as xr
 from tests.faults.damage import make_store
+from tests.filling import fill, make_study
 from tests.oracles.transmissibility import absolute_amplitude
 from tests.service.cli.commands import run
 
@@ -114,6 +115,16 @@ def test_tables_of_a_study_in_units_are_in_millimetres_and_hertz(tmp_path: Path)
     head, *found = printed("map", "--x", "clearance_ratio", "--y", "frequency_ratio")
     assert head.split() == ["f", "[Hz]", "\\", "d", "[mm]", "6"]
     assert [row.split() for row in found] == rows[::-1]
+
+
+def test_a_deletion_that_is_repeated_deletes_no_other_version(tmp_path: Path) -> None:
+    with closing(Store.open(tmp_path)) as store:
+        old = fill(store, make_study(), solver="older")
+        newer, _ = store.recompute(old.id, {"solver": "newer"})
+        delete = ("delete", old.id, "--yes", "--data-dir", tmp_path)
+        run(*delete)
+        assert f"earlier version of {newer.id}" in " ".join(run(*delete, status=2).stderr.split())
+        assert store.find(old.id).id == newer.id
 
 
 def test_a_map_says_where_it_lies_along_what_it_does_not_show(tmp_path: Path) -> None:
