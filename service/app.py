@@ -65,9 +65,8 @@ from damperlab.service.state import Service
 from damperlab.service.traffic import Traffic
 from damperlab.service.work.functions import prepare
 from damperlab.service.work.kept import Kept
-from damperlab.service.work.later import Later
+from damperlab.service.work.later import Later, Promises
 from damperlab.service.work.processes import Work
-from damperlab.service.work.promises import Promises
 from damperlab.studies.store.care.sweep import remove_exports
 from damperlab.studies.store.catalogue.access_keys import AccessKeys
 from damperlab.worker.cores import core_count

@@ -97,7 +97,7 @@ MUTANTS = (
         "tests/service/security/test_work_apart.py::test_what_a_study_is_asked_ends_with_its_client",
     ),
     Mutant(
-        "service/work/promises.py",
+        "service/work/later.py",
         "        promise.given_up.set()\n        self._promises.pop",
         "        self._promises.pop",
         "tests/service/security/test_promised_answers.py::test_what_is_given_up_is_computed_no_longer",

@@ -17,8 +17,7 @@ from damperlab.service.problems import documented
 from damperlab.service.routes.strict import strict_router
 from damperlab.service.security.caller import TheCaller
 from damperlab.service.simulation import SimulatedDocument
-from damperlab.service.work.later import promised
-from damperlab.service.work.promises import PROMISED, Promise, Promises
+from damperlab.service.work.later import PROMISED, Promise, Promises, promised
 
 router = strict_router("/api/v1/answers", "answers")
 

@@ -20,7 +20,7 @@ from damperlab.service.routes.strict import strict_router
 from damperlab.service.security.caller import TheCaller, require_owner
 from damperlab.service.state import Service, TheService
 from damperlab.service.work.functions import Look, comparison_body, looked_at, uploaded
-from damperlab.service.work.promises import PROMISED
+from damperlab.service.work.later import PROMISED
 from damperlab.studies.faults import Fault, StudyFaults, describe, unknown_key
 from damperlab.studies.ground.files import Layout
 from damperlab.studies.ground.generated import GENERATED, WRITTEN, recipe_in

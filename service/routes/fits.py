@@ -19,7 +19,7 @@ from damperlab.service.problems import documented
 from damperlab.service.routes.strict import strict_router
 from damperlab.service.state import TheService
 from damperlab.service.work.functions import fit_asked, fit_body
-from damperlab.service.work.promises import PROMISED
+from damperlab.service.work.later import PROMISED
 
 router = strict_router("/api/v1", "fits")
 

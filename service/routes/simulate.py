@@ -18,7 +18,7 @@ from damperlab.service.routes.strict import strict_router
 from damperlab.service.simulation import Asked, SimulatedDocument, read_simulation, scenes_asked
 from damperlab.service.state import Service, TheService
 from damperlab.service.work.functions import simulation_body
-from damperlab.service.work.promises import PROMISED
+from damperlab.service.work.later import PROMISED
 from damperlab.studies.text import load_text
 from damperlab.worker.scenes import Scene
 
