@@ -113,7 +113,7 @@ def collect_garbage(
         swept = _unowned_cubes(store, limit, _limit(orphan_seconds), dry_run)
         swept += remove_exports(store.data_dir, older_than, dry_run=dry_run)
     if not dry_run:
-        store.bury(limit)
+        store.bury(_passed(limit))
         Designs(store.data_dir).bury()
     with store.catalogue.reading() as connection:
         ids = connection.execute(select(studies.c.id).where(ALIVE)).scalars().all()
@@ -144,6 +144,11 @@ def _sweep_idle(store: Store, study_id: str, older_than: float, dry_run: bool) -
 def _limit(older_than: float) -> float:
     # for an age of 0, set no limit: the clock of a server may be ahead, so that a file seems newer than now
     return time.time() - older_than if older_than > 0.0 else math.inf
+
+
+def _passed(limit: float) -> float:
+    """Return a limit for the times of deletions. Studies in the trash have a later time than now, and are kept."""
+    return min(limit, time.time())
 
 
 def _unowned_cubes(store: Store, limit: float, orphan_limit: float, dry_run: bool) -> Swept:
@@ -178,7 +183,7 @@ def _unowned_cube(
     """
     study_id = name.rpartition("-")[0]
     deleted = row.id == study_id
-    if (deleted or row.reserved) and (row.deleted is None or row.deleted >= before):
+    if (deleted or row.reserved) and (row.deleted is None or row.deleted >= _passed(before)):
         return Swept()
     if not _row_is_sound(store, row.number):
         return _left(

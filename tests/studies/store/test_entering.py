@@ -7,6 +7,7 @@ from pathlib import Path
 import pytest
 from tests.filling import enter, make_plan_of, make_study, write_behind
 
+from damperlab.studies.store.care.sweep import collect_garbage
 from damperlab.studies.store.care.verify import check_catalogue, verify
 from damperlab.studies.store.catalogue.batches import Batches
 from damperlab.studies.store.catalogue.quota import Quota, Usage
@@ -203,6 +204,7 @@ def test_a_study_is_taken_back_from_the_trash_as_it_was(store):
     with pytest.raises(StudyNotFound, match=f"in the trash until .* `damperlab undelete {record.id}`"):
         store.find(record.name)
     store.bury()  # what may still be restored stays
+    assert collect_garbage(store, 0.0).paths == 0
     assert store.trashed(record.id).name == record.name
     assert store.undelete(record.id) == record
     assert (ids(store), ids(store, trash=True)) == ([record.id], [])
