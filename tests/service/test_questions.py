@@ -83,7 +83,7 @@ def test_what_a_study_does_not_store_is_unknown(client: httpx.Client, helpers: A
 
 
 def test_answers_are_compressed_on_request(client: httpx.Client, curve: dict[str, Any]) -> None:
-    address = f"{STUDIES}/{curve['id']}"
+    address = f"{STUDIES}/{curve['id']}/axes"  # the record of a study that has just ended may change
     squeezed = client.get(address, headers={"accept-encoding": "gzip"})
     plain = client.get(address, headers={"accept-encoding": "identity"})
     assert squeezed.headers.get("content-encoding") == "gzip"
