@@ -14,7 +14,7 @@ from distributed.core import Status
 from distributed.system import MEMORY_LIMIT
 
 from damperlab.worker.cluster.certificates import refusal, security
-from damperlab.worker.cluster.scheduler import SchedulerProcess
+from damperlab.worker.cluster.scheduler import MONITORING, SchedulerProcess
 from damperlab.worker.cores import core_count
 from damperlab.worker.niceness import stand_back
 from damperlab.worker.outcomes import ClusterUnusable, SchedulerLost
@@ -41,21 +41,6 @@ ONE_THREAD = dict.fromkeys(
 )
 """Environment variables of a worker. A kernel keeps one core busy, so libraries must not start further threads."""
 
-MONITORING = {
-    # At Dask's own intervals, from 20 ms to 0.5 s, an idle service with two workers keeps an eighth of a core busy.
-    "distributed.admin.tick.interval": "1s",
-    "distributed.admin.system-monitor.interval": "10s",
-    "distributed.worker.memory.monitor-interval": "500ms",
-    # only the dashboard, which is off, would use the profiler
-    "distributed.worker.profile.enabled": False,
-}
-"""Dask's settings for how schedulers, nannies and workers monitor themselves."""
-SCHEDULER_CONFIG = {
-    **MONITORING,
-    # a block fails when its worker dies once; the runner decides whether to try the block again
-    "distributed.scheduler.allowed-failures": 0,
-}
-"""Dask's settings in the process of a scheduler that damperlab starts."""
 _LOCAL_CONFIG = {
     **MONITORING,
     # A nanny restarts its worker. By default, Dask ends a nanny whose worker is not back within 15 s. On a busy machine
@@ -133,7 +118,7 @@ def _local(count: int) -> Iterator[Client]:
     }
     with (
         dask.config.set(_LOCAL_CONFIG),
-        _without_workers(worker, shown) as cluster,
+        without_workers(shown, worker) as cluster,
         closed_where_lost(cluster),
         _told_where_lost(cluster),
         Client(cluster, security=shown, set_as_default=False) as client,
@@ -144,19 +129,30 @@ def _local(count: int) -> Iterator[Client]:
         yield client
 
 
-def _without_workers(worker: dict[str, Any], shown: Security) -> SpecCluster:
-    """Start a cluster without workers, so that an interrupt during their start closes the cluster.
+def without_workers(
+    shown: Security, worker: dict[str, Any] | None = None, host: str = "127.0.0.1"
+) -> SpecCluster:
+    """Start a scheduler, so that an interrupt during the later start of workers closes the cluster.
 
     The cluster's thread blocks SIGINT, and the workers that it starts inherit this: Ctrl-C in a terminal would end a
     worker that still loads its modules, and `dask_setup` comes too late for that.
+
+    Parameters
+    ----------
+    shown : Security
+        Certificates of the cluster.
+    worker : dict, optional
+        Options of the workers that the cluster starts when it is scaled; by default it starts none.
+    host : str
+        Name or address at which the scheduler listens.
     """
     resource_tracker.ensure_running()  # the thread that starts the tracker would unblock SIGINT
     blocked = signal.pthread_sigmask(signal.SIG_BLOCK, {signal.SIGINT})
     try:
         return SpecCluster(
             workers={},
-            worker={"cls": Nanny, "options": worker},
-            scheduler={"cls": SchedulerProcess, "options": {"security": shown, "config": SCHEDULER_CONFIG}},
+            worker=worker and {"cls": Nanny, "options": worker},
+            scheduler={"cls": SchedulerProcess, "options": {"security": shown, "host": host}},
             security=shown,
             silence_logs=logging.CRITICAL,
         )

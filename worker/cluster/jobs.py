@@ -10,12 +10,11 @@ from collections.abc import Callable, Iterator
 from contextlib import contextmanager, suppress
 from pathlib import Path
 
-from distributed import Client, SpecCluster
+from distributed import Client
 
 from damperlab.worker.cluster.batch import SHORTEST_SECONDS, Jobs, Place, cancel, script, submit, worker_name
 from damperlab.worker.cluster.certificates import make_certificates, security
-from damperlab.worker.cluster.cluster import SCHEDULER_CONFIG, closed_where_lost
-from damperlab.worker.cluster.scheduler import SchedulerProcess
+from damperlab.worker.cluster.cluster import closed_where_lost, without_workers
 from damperlab.worker.outcomes import ClusterUnusable
 
 LOOK_SECONDS = 2.0
@@ -134,15 +133,8 @@ def hire(jobs: Jobs, host: str | None, folder: Path, wanted: Callable[[], int]) 
     try:
         make_certificates(tls)
         shown = security(tls)
-        address = socket.gethostname() if host is None else host
-        options = {"security": shown, "config": SCHEDULER_CONFIG, "host": address}
         with (
-            SpecCluster(
-                workers={},
-                scheduler={"cls": SchedulerProcess, "options": options},
-                security=shown,
-                silence_logs=logging.CRITICAL,
-            ) as cluster,
+            without_workers(shown, host=socket.gethostname() if host is None else host) as cluster,
             closed_where_lost(cluster),
             Client(cluster, security=shown, set_as_default=False) as client,
         ):

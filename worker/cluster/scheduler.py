@@ -12,11 +12,26 @@ import subprocess
 import sys
 import threading
 from contextlib import suppress
-from typing import Any
 
 import dask
 from distributed import Scheduler, Security
 from distributed.deploy.spec import ProcessInterface
+
+MONITORING = {
+    # At Dask's own intervals, from 20 ms to 0.5 s, an idle service with two workers keeps an eighth of a core busy.
+    "distributed.admin.tick.interval": "1s",
+    "distributed.admin.system-monitor.interval": "10s",
+    "distributed.worker.memory.monitor-interval": "500ms",
+    # only the dashboard, which is off, would use the profiler
+    "distributed.worker.profile.enabled": False,
+}
+"""Dask's settings for how schedulers, nannies and workers monitor themselves."""
+_CONFIG = {
+    **MONITORING,
+    # a block fails when its worker dies once; the runner decides whether to try the block again
+    "distributed.scheduler.allowed-failures": 0,
+}
+"""Dask's settings in the process of the scheduler."""
 
 _KEPT = (
     "PATH",
@@ -40,16 +55,13 @@ class SchedulerProcess(ProcessInterface):  # type: ignore[misc]
     ----------
     security : Security
         Certificates of the cluster.
-    config : dict
-        Dask's settings in the process of the scheduler.
     host : str
-        Name or address at which the scheduler listens; by default only this machine can connect.
+        Name or address at which the scheduler listens.
     """
 
-    def __init__(self, security: Security, config: dict[str, Any], host: str = "127.0.0.1") -> None:
+    def __init__(self, security: Security, host: str) -> None:
         super().__init__()
         self.security = security
-        self._config = config
         self._host = host
         self._process: subprocess.Popen[bytes] | None = None
 
@@ -84,7 +96,7 @@ class SchedulerProcess(ProcessInterface):  # type: ignore[misc]
         assert self._process.stdin is not None
         assert self._process.stdout is not None
         told = {name: getattr(self.security, name) for name in _TLS}
-        said = {"tls": told, "config": self._config, "host": self._host}
+        said = {"tls": told, "host": self._host}
         # other users can read a process's command line and environment, so secrets are sent through standard input
         self._process.stdin.write(json.dumps(said).encode() + b"\n")
         self._process.stdin.flush()
@@ -140,7 +152,7 @@ def main() -> None:
     logging.getLogger("distributed").setLevel(logging.CRITICAL)
     told = json.loads(sys.stdin.buffer.readline())
     threading.Thread(target=_end_with_parent, daemon=True).start()
-    with dask.config.set(told["config"]):
+    with dask.config.set(_CONFIG):
         asyncio.run(_serve(told["host"], told["tls"]))
 
 

@@ -14,7 +14,8 @@ import dask
 from distributed import Security, Worker
 from distributed.core import Status
 
-from damperlab.worker.cluster.cluster import MONITORING, ONE_THREAD
+from damperlab.worker.cluster.cluster import ONE_THREAD
+from damperlab.worker.cluster.scheduler import MONITORING
 from damperlab.worker.worker_process.connecting import connected, say
 from damperlab.worker.worker_process.examination import show_alive
 
