@@ -1,6 +1,7 @@
 """Search for earlier studies of a family, and for the points that they have computed at identical coordinates.
 
-The studies of a family have the same solver and settings, and differ only in their grids.
+The studies of a family have the same solver and settings, and differ only in their grids. A study whose rows in the
+catalogue are damaged is left out; a query for that study reports the damage.
 """
 
 import json
@@ -14,11 +15,12 @@ from sqlalchemy import and_, not_, select
 from damperlab.studies.kind import AnyStudy
 from damperlab.studies.plan import Block
 from damperlab.studies.store.catalogue.rows import ALIVE, asked_for, pieces, record_of
+from damperlab.studies.store.catalogue.rowsum import is_sound
 from damperlab.studies.store.catalogue.tables import studies
 from damperlab.studies.store.cube.definition import parse_stored
 from damperlab.studies.store.cube.description import block_grid, stored_variables
 from damperlab.studies.store.cube.known_points import Source
-from damperlab.studies.store.faults import StudyNotFound
+from damperlab.studies.store.faults import CatalogueDamaged, StudyNotFound
 from damperlab.studies.store.life_cycle.entering import box_of
 from damperlab.studies.store.provenance import DESIGNS
 from damperlab.studies.store.record import Record
@@ -76,8 +78,8 @@ class Overlaps:
                 continue
             try:
                 shelf, marks = self._store.snapshot(overlap.record.id)
-            except StudyNotFound:
-                continue  # the earlier study was deleted meanwhile
+            except (StudyNotFound, CatalogueDamaged):
+                continue  # the earlier study was deleted meanwhile, or has lost done-marks
             grid = block_grid(overlap.record.shape, overlap.record.chunk)
             places = [at // step for at, step in zip(theirs, overlap.record.chunk, strict=True)]
             touched = np.ravel_multi_index(np.meshgrid(*map(np.unique, places), indexing="ij"), grid).reshape(
@@ -109,9 +111,10 @@ class Boxes:
                 c.family == family, c.family != "", ALIVE, c.blocks_done > 0, not_(same_design)
             )
             rows = connection.execute(query).all()
-        self._numbers = [row.number for row in rows]
+        boxes = {row.number: box for row in rows if (box := _parse_box(row.box)) is not None}
+        self._numbers = list(boxes)
         self._read: dict[str, AnyStudy] = {}
-        self._boxes = np.array([json.loads(row.box) for row in rows], np.float64)
+        self._boxes = np.array(list(boxes.values()), np.float64)
 
     def near(self, record: Record, box: list[list[float]]) -> Iterator[Record]:
         """Yield the other studies of the family whose bounding boxes overlap `box`, that of `record`."""
@@ -124,13 +127,22 @@ class Boxes:
             query = select(studies).where(studies.c.number.in_(some), ALIVE)
             with self._store.catalogue.reading() as connection:
                 found = connection.execute(query).all()
-            yield from (record_of(row) for row in found if row.id != record.id)
+            yield from (record_of(row) for row in found if row.id != record.id and is_sound(studies, row))
 
     def study(self, record: Record) -> AnyStudy:
         """Return the definition of a study of the family; each definition is parsed only once."""
         if record.digest not in self._read:
             self._read[record.digest] = parse_stored(record.definition, record.digest)
         return self._read[record.digest]
+
+
+def _parse_box(text: str) -> np.ndarray | None:
+    """Read a bounding box from the catalogue; return None if the text is damaged."""
+    try:
+        box = np.array(json.loads(text), np.float64)
+    except (ValueError, TypeError):
+        return None
+    return box if box.ndim == 2 and box.shape[1] == 2 else None
 
 
 @dataclass(frozen=True)
@@ -161,4 +173,4 @@ def done_of_family(store: Store, family: str) -> list[Record]:
     query = select(studies).where(c.family == family, c.family != "", ALIVE, c.state == "done")
     with store.catalogue.reading() as connection:
         rows = connection.execute(query.order_by(c.number.desc()).limit(MOST_STUDIES)).all()
-    return [record_of(row) for row in rows]
+    return [record_of(row) for row in rows if is_sound(studies, row)]

@@ -1,13 +1,14 @@
 """Points of earlier studies: taken bit for bit where solver and settings are the same, and never otherwise."""
 
 import time
+from contextlib import closing
 from pathlib import Path
 from typing import Any
 
 import numpy as np
 import pytest
 import xarray as xr
-from tests.filling import values_of, write
+from tests.filling import values_of, write, write_behind
 from tests.worker.run_here import give_up, planned, run_here, submit
 
 from damperlab.studies.definition import Study, parse_study
@@ -107,6 +108,26 @@ def test_points_of_failed_and_of_damaged_blocks_are_computed(store: Store) -> No
     # the one block of friction that meets the lost one takes nothing from this study at all
     assert refined.points_reused == 2 * frequencies
     assert (store.cube(refined.id)["status"] != 5).all()
+
+
+@pytest.mark.parametrize(
+    "damage",
+    [
+        "UPDATE studies SET name = 'x' WHERE number = 1",
+        "UPDATE studies SET box = 'x' WHERE number = 1",
+        "DELETE FROM done_blocks WHERE study = 1 AND block = 1",
+        "UPDATE studies SET box = '[[1]]' WHERE number = 1",
+    ],
+)
+def test_a_study_is_computed_though_the_catalogue_of_an_earlier_one_is_damaged(
+    store: Store, damage: str
+) -> None:
+    """It takes no points from the damaged one."""
+    run(store, FIRST)
+    write_behind(store.data_dir, damage)
+    with closing(Store.open(store.data_dir)) as again:  # which has read no done-marks yet
+        refined = run(again, REFINED, chunk=5)
+    assert (refined.state, refined.points_failed, refined.points_reused) == ("done", 0, 0)
 
 
 def test_known_points_are_found_however_many_studies_came_since(store: Store) -> None:
