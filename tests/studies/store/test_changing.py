@@ -109,7 +109,7 @@ def remark(store: Store) -> None:
 
 NIGHT = [
     pytest.param(change, marks=pytest.mark.night)
-    for change in (repair_all, resume, cancel_again, delete, restore, recompute, remark)
+    for change in (submit_again, repair_all, resume, cancel_again, delete, restore, recompute, remark)
 ]
 
 
@@ -158,13 +158,13 @@ class Before:
             self.answers.append(self._other())
 
 
-@pytest.mark.parametrize("change", [retry, submit_again, *NIGHT])
+@pytest.mark.parametrize("change", [retry, *NIGHT])
 def test_a_study_that_is_changed_while_it_is_verified_is_not_called_damaged(made, tmp_path, change):
     for found, _ in meanwhile(made, tmp_path, damage, change):
         assert found == []
 
 
-@pytest.mark.parametrize("change", [retry, pytest.param(submit_again, marks=pytest.mark.night), *NIGHT])
+@pytest.mark.parametrize("change", [retry, *NIGHT])
 def test_a_study_that_is_verified_while_it_is_changed_is_not_called_damaged(made, tmp_path, change):
     for _, found in meanwhile(made, tmp_path, change, damage):
         assert found in ([], [[]])
@@ -190,7 +190,7 @@ def test_a_study_that_is_changed_while_it_is_exported_or_sent_is_not_called_dama
 
 
 @pytest.mark.night
-@pytest.mark.parametrize("change", [retry, submit_again, *NIGHT])
+@pytest.mark.parametrize("change", [retry, *NIGHT])
 def test_a_study_that_is_changed_while_it_is_backed_up_is_whole_in_the_backup(made, tmp_path, change):
     def back_up(store: Store) -> list[str]:
         copy = Store.open(store.data_dir / "copy")
