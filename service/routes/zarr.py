@@ -29,6 +29,7 @@ from damperlab.studies.store.cube.description import (
     node_metadata,
     plain_metadata,
 )
+from damperlab.studies.store.cubes import TRIES
 from damperlab.studies.store.export.grouped import Group, chunk_place, group_of, grouped_metadata
 from damperlab.studies.store.faults import BlockDamaged, StudyNotFound, reporting_damage
 from damperlab.studies.store.files.shelf import Shelf
@@ -37,8 +38,6 @@ from damperlab.studies.store.store import Store
 
 CHUNK = "application/octet-stream"
 _ID = re.compile("[0-9a-f]{12}(-[0-9]{1,9})?")
-TRIES = 5
-"""Largest number of attempts to read a block while the study changes."""
 
 router = strict_router("/api/v1/studies/{study_id}", "queries")
 

@@ -12,7 +12,7 @@ from starlette.requests import Request
 
 from damperlab.service.settings import Settings
 from damperlab.service.state import Service
-from damperlab.studies.store.faults import BlockDamaged, using
+from damperlab.studies.store.faults import using
 from damperlab.studies.store.record import Record
 from damperlab.studies.store.store import Store
 
@@ -20,9 +20,6 @@ PIECE_BYTES = 1 << 20
 """Size of the pieces in which a long answer is sent."""
 EXPORT_POINTS = 1_000_000
 """For n times this number of points, the time limit of an export is n + 1 times the time limit of a request."""
-
-TRIES = 5
-"""Largest number of attempts to read a study while it changes."""
 
 Result = TypeVar("Result")
 
@@ -111,21 +108,8 @@ def _there(
 def steady(
     store: Store, study: Record, function: Callable[..., Result], more: tuple[object, ...] = ()
 ) -> Result:
-    """Call a function that reads a study. If the files that it reads are replaced meanwhile, call it again.
-
-    Raises
-    ------
-    BlockDamaged
-        If the function raises this error, and the study has not changed.
-    """
-    for _ in range(TRIES - 1):
-        try:
-            return function(store, study, *more)
-        except BlockDamaged:
-            before, study = study, store.find(study.id)
-            if (before.created, before.revision) == (study.created, study.revision):
-                raise
-    return function(store, study, *more)
+    """Call a function that reads a study, again if the study changes meanwhile; see `Store.steadily`."""
+    return store.steadily(study.id, lambda: function(store, study, *more))
 
 
 def _folder(where: Path | None) -> "TemporaryDirectory[str]":

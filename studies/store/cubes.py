@@ -2,8 +2,9 @@
 
 import os
 import threading
+from collections.abc import Callable
 from pathlib import Path
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING, Any, TypeVar
 
 from sqlalchemy import Row
 
@@ -12,7 +13,7 @@ from damperlab.studies.store.catalogue.home import cube_name, disk_gone
 from damperlab.studies.store.catalogue.quota import Quota, Usage, usage_of
 from damperlab.studies.store.catalogue.rows import lost_marks, marks_of, study_row
 from damperlab.studies.store.cube.block_file import Marks, block_key
-from damperlab.studies.store.faults import RevisionGone, catalogue_damaged, using
+from damperlab.studies.store.faults import BlockDamaged, RevisionGone, catalogue_damaged, using
 from damperlab.studies.store.files.shelf import Shelf
 
 if TYPE_CHECKING:
@@ -23,6 +24,11 @@ RESERVE_BYTES = 16 * 2**20
 
 RESERVE_FILES = 64
 """Number of free inodes that the disk must have before a block is started."""
+
+TRIES = 5
+"""Largest number of attempts to read a study while its blocks are invalidated."""
+
+Result = TypeVar("Result")
 
 _MARKS_KEPT = 16  # number of studies whose marks are cached
 
@@ -134,6 +140,33 @@ class Cubes:
                     self._marks.pop(row.number, None)
                 raise catalogue_damaged(study_id, lost)
         return row, shelf, kept[1]
+
+    def steadily(self, study_id: str, read: Callable[[], Result]) -> Result:
+        """Call a function that reads a study. If blocks are invalidated meanwhile, call it again.
+
+        The files of invalidated blocks are removed when the blocks are done again, so a reader may miss a file.
+
+        Raises
+        ------
+        StudyNotFound
+            If the study does not exist, or was deleted meanwhile.
+        BlockDamaged
+            If the function raises this error, and no block was invalidated.
+        """
+        for _ in range(TRIES - 1):
+            before = self._invalidated(study_id)
+            try:
+                return read()
+            except BlockDamaged:
+                if self._invalidated(study_id) == before:
+                    raise
+        return read()
+
+    def _invalidated(self, study_id: str) -> tuple[int, int]:
+        """Return the number of a study, and the revision at which its blocks were last invalidated."""
+        with self.catalogue.reading() as connection:
+            row = study_row(connection, study_id)
+        return row.number, row.taken_back
 
     def lost_blocks(self, study_id: str) -> list[int]:
         """Return the indices of the blocks that have a done-mark but no file, ascending. No file is read.

@@ -23,7 +23,13 @@ from damperlab.studies.store.catalogue.home import (
     parse_cube_name,
     remember,
 )
-from damperlab.studies.store.catalogue.rows import ALIVE, advance_counters, record_of, rows_of_marks
+from damperlab.studies.store.catalogue.rows import (
+    ALIVE,
+    advance_counters,
+    record_of,
+    rows_of_marks,
+    study_row,
+)
 from damperlab.studies.store.catalogue.tables import done_blocks, events, keys, studies
 from damperlab.studies.store.cube.block_file import BLOCKS, block_key, read_whole
 from damperlab.studies.store.cube.definition import parse_stored
@@ -45,8 +51,6 @@ from damperlab.studies.vocabulary import ENDED
 
 RECORDS = "records"
 """Name of the folder of the uploaded ground-motion records in the data directory."""
-
-_TRIES = 5  # number of attempts to copy a study whose blocks are invalidated during the copy
 
 _Copy = tuple[Row[Any], Sequence[Row[Any]], int]
 """Row of a study, rows of the study's done-marks, and number of copied bytes."""
@@ -245,22 +249,16 @@ def _earlier(source: Store, target: Store, study_id: str) -> _Copy | None:
 
 
 def _copy_study(source: Store, target: Store, study_id: str) -> _Copy | None:
-    for last in range(1, _TRIES + 1):
+    def copy() -> _Copy:
         with source.catalogue.reading() as connection:
-            row = connection.execute(select(studies).where(studies.c.id == study_id, ALIVE)).one_or_none()
-            if row is None:
-                return None  # the study was deleted meanwhile
+            row = study_row(connection, study_id)
             marks = rows_of_marks(connection, row.number)
-        try:
-            return row, marks, _copy_files(source, target, row, marks)
-        except StoreFault:
-            try:
-                same = source.find(study_id).revision == row.revision
-            except StudyNotFound:
-                return None
-            if same or last == _TRIES:
-                raise
-    raise AssertionError("unreachable")
+        return row, marks, _copy_files(source, target, row, marks)
+
+    try:
+        return source.steadily(study_id, copy)
+    except StudyNotFound:
+        return None  # the study was deleted meanwhile
 
 
 def _copy_files(source: Store, target: Store, row: Row[Any], marks: Sequence[Row[Any]]) -> int:
