@@ -8,7 +8,7 @@ import yaml
 from damperlab.service import app, designer, dispatch
 from damperlab.service.client import transport, waiting
 from damperlab.service.security import guard, sessions
-from damperlab.service.work import later, promises
+from damperlab.service.work import later
 from damperlab.studies.store.care import sweep
 from damperlab.studies.store.files import bucket
 from damperlab.studies.store.life_cycle import claims
@@ -52,7 +52,7 @@ def test_who_ends_containers_waits_longer_than_what_runs_in_them() -> None:
 
 def test_a_client_waits_longer_than_the_service_is_silent() -> None:
     assert fastapi.sse._PING_INTERVAL < waiting.SILENCE_SECONDS
-    assert later.WAIT_SECONDS <= later.LONGEST_WAIT_SECONDS < promises.KEPT_SECONDS
+    assert later.WAIT_SECONDS <= later.LONGEST_WAIT_SECONDS < later.KEPT_SECONDS
     assert transport.PROMISE_PAUSE_SECONDS < transport.PATIENCE_SECONDS
 
 
