@@ -111,6 +111,14 @@ class _Obstacle(NamedTuple):
         return f"Friction cannot be added to the particle of the best damper of {self.found}."
 
 
+_IN_RATIOS = _Obstacle(
+    "physical",
+    "a study in ratios",
+    "a study in units",
+    "give it `mass_kg`, `natural_frequency_hz` and `base_amplitude_m`, from which μ_i follows",
+)
+
+
 def _obstacle(cube: "xr.Dataset", ranked: "xr.Dataset", lead: Mapping[str, Any] | None) -> _Obstacle | None:
     """Return the first condition of `studies_with_friction` that the study or its recommended damper does not meet."""
     if kind_of(cube.sizes) is SUITE:
@@ -126,7 +134,9 @@ def _obstacle(cube: "xr.Dataset", ranked: "xr.Dataset", lead: Mapping[str, Any] 
     if lead is None:
         found, advice = "a study without a design that qualifies", "relax the limits of the question"
         return _Obstacle("study", found, "a study with a best design", advice)
-    if (obstacle := _obstacle_of(parse_harmonic(definition_of(cube)))) is not None:
+    definition = definition_of(cube)
+    obstacle = _obstacle_of(parse_harmonic(definition)) if definition.get("physical") else _IN_RATIOS
+    if obstacle is not None:
         return obstacle
     if not _strikes(lead):
         return _Obstacle(
@@ -144,8 +154,7 @@ def _obstacle_of(study: Study) -> _Obstacle | None:
     physical = document.get("physical") or {}
     over_amplitudes = kind_of(study.coordinates) is AMPLITUDES
     if not over_amplitudes and PARTICLE_FRICTION not in {each.source for each in quantities_of(document)}:
-        advice = "give it `mass_kg`, `natural_frequency_hz` and `base_amplitude_m`, from which μ_i follows"
-        return _Obstacle("physical", "a study in ratios", "a study in units", advice)
+        return _IN_RATIOS
     given = [*(name for name in BEFORE if name in study.coordinates), *physical.keys() & MADE_BY.values()]
     if given:
         advice = f"vary `{MADE_BY[PARTICLE_FRICTION]}` in the study itself"
