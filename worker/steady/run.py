@@ -25,7 +25,7 @@ from damperlab.worker.steady.response.trace import (
     note_half,
 )
 from damperlab.worker.steady.section.coordinates import SECTION_SIZE, coordinates
-from damperlab.worker.steady.section.recurrence import LONGEST, RING
+from damperlab.worker.steady.section.recurrence import LONGEST, PATH_COLUMNS, RING, note_point
 
 EVENTS_PER_CYCLE = 100
 """Largest average number of events per cycle, over `max_cycles` cycles; a run with more events ends early."""
@@ -52,6 +52,8 @@ class Notes(NamedTuple):
         current and at the previous examination.
     trace : array, shape (half cycles + 1, columns)
         One row per metered half cycle; row 0 is the start of metering.
+    path : array, shape (half cycles + 1, PATH_COLUMNS)
+        The section points of the metered half cycles, in the rows 1, 2, …; NaN if the particle rides on a wall.
     cycles : array, shape (2, cycles)
         Peaks of |u| and |v| of each metered cycle (`trace.cycle_peaks`).
     series : array, shape (cycles,)
@@ -73,6 +75,7 @@ class Notes(NamedTuple):
     recurrences: NDArray[np.float64]
     recurrences_before: NDArray[np.float64]
     trace: NDArray[np.float64]
+    path: NDArray[np.float64]
     cycles: NDArray[np.float64]
     series: NDArray[np.float64]
     meter: Meter
@@ -115,6 +118,7 @@ def make_notes(max_cycles: int, energies: bool | None, acceleration: bool | None
         filled(LONGEST + 1, inf),
         filled(LONGEST + 1, inf),
         np.empty((2 * cycles + 1, COLUMNS)),
+        np.empty((2 * cycles + 1, PATH_COLUMNS)),
         np.empty((2, cycles)),
         np.empty(cycles),
         Meter(filled(METERS, 0.0), energies, acceleration),
@@ -169,7 +173,7 @@ def advance(
         ARRIVED, or the reason for an early end.
     """
     # unpacked once: in the loop, unpacking would take a third of the run time, as numba counts references
-    trace, ring, struck = notes.trace, notes.ring, notes.struck
+    trace, path, ring, struck = notes.trace, notes.path, notes.ring, notes.struck
     meter, counts = notes.meter, scene.counts
     counts[BUDGET] = counts[SEGMENTS] + _room(scene, halves)
     counts[IDLE] = 0
@@ -187,4 +191,6 @@ def advance(
             break
         coordinates(state, scene.particle, ring[half % RING])
         struck[half % RING] = counts[IMPACTS]
+        if row >= 0:
+            note_point(ring[half % RING], state.riding, path[row + 1 + i])
     return state, half, outcome

@@ -22,7 +22,13 @@ from damperlab.worker.steady.locked_by_friction import (
     slows_down,
 )
 from damperlab.worker.steady.orbits.orbit import Orbit, SectionLook, no_orbit, repeated_orbit
-from damperlab.worker.steady.orbits.orbit_watch import look_farther, look_nearby, nothing_nearby
+from damperlab.worker.steady.orbits.orbit_watch import (
+    Nearby,
+    look_back,
+    look_farther,
+    look_nearby,
+    nothing_nearby,
+)
 from damperlab.worker.steady.response.standard_errors import Estimate, estimate, grows
 from damperlab.worker.steady.response.trace import IMPACTS_SO_FAR, cycle_peaks
 from damperlab.worker.steady.run import EVENTS_PER_CYCLE, Notes, advance, begin_trace, work_done
@@ -147,12 +153,14 @@ def search(start: State, scene: Scene, probe: Scene, notes: Notes, settings: Set
                     apart = mean.error + abs(mean.mean - abs(locked.state.v))
                     return Found(state, ARRIVED, look, locked, mean, True, min(way_left, apart))
                 if not slows_down(scene):
-                    return Found(state, ARRIVED, look, no_orbit(state), mean, True, 0.0)
+                    nearby = look_back(nearby, state, metered_halves, look, scene, probe, notes)
+                    if not nearby.rival:
+                        return Found(state, ARRIVED, look, no_orbit(state), mean, True, 0.0)
             next_estimate_cycles = next_estimate(mean, settings)
     if locked.period_halves > 0:
         known = way_left <= _allowed(locked, settings)
         return Found(state, ARRIVED, look, locked, mean, known, way_left)
-    return _end_of_search(state, look, left_out, metered_halves, nearby.rival, scene, notes, settings)
+    return _end_of_search(state, look, left_out, metered_halves, nearby, scene, probe, notes, settings)
 
 
 @kernel
@@ -245,8 +253,9 @@ def _end_of_search(
     look: SectionLook,
     left_out: int,
     metered_halves: int,
-    rival: bool,
+    nearby: Nearby,
     scene: Scene,
+    probe: Scene,
     notes: Notes,
     settings: Settings,
 ) -> Found:
@@ -270,9 +279,8 @@ def _end_of_search(
     if _has_no_bound(min(left_out, cycles - 1), cycles, scene, notes):
         return Found(state, _UNBOUNDED, look, no_orbit(state), mean, False, 0.0)
     known = (
-        is_known(mean, settings)
-        and not rival
-        and not _is_on_the_way(state, mean, scene, notes)
-        and not slows_down(scene)
+        is_known(mean, settings) and not _is_on_the_way(state, mean, scene, notes) and not slows_down(scene)
     )
+    if known:
+        known = not look_back(nearby, state, metered_halves, look, scene, probe, notes).rival
     return Found(state, ARRIVED, look, no_orbit(state), mean, known, 0.0)

@@ -74,6 +74,11 @@ MET = {
         (2.347257698625658, 0.9394384673573526, 0.28112166505672337),
         (1, None),
     ),
+    "irregular for thousands of cycles, with a mean that was known after 960, near a stable orbit of six half cycles": (
+        (0.00414770400063477, 1.156756374106636, None),
+        (0.9732287903860549, 0.31222729334402405, 0.3413837193090553),
+        (3, None),
+    ),
 }
 """Why it is met: ζ, r and γ_F; d/Z, e and β; the period of the response and its impacts a cycle."""
 

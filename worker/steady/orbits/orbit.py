@@ -26,6 +26,7 @@ from damperlab.worker.steady.stopping_rules import Settings
 
 _ITERATIONS = 10
 _CLOSED = 1e-13  # largest relative residual of an orbit that is closed within rounding
+_NEAR = 3e-3  # relative length of a step near an orbit, where the multipliers hardly change any more
 _REPELS = 1e-6  # an orbit repels if its largest multiplier exceeds one by more than this value
 
 
@@ -76,12 +77,15 @@ def newton_orbit(
     state: State,
     period_halves: int,
     reach: float,
+    most: float,
     look: SectionLook,
     scene: Scene,
     probe: Scene,
     notes: Notes,
 ) -> tuple[Orbit, bool, int]:
     """Search for a periodic orbit by Newton's method from a state of the run, with steps no longer than `reach`.
+
+    Near an orbit, the search ends without a result if the largest multiplier exceeds `most`.
 
     Returns
     -------
@@ -120,6 +124,9 @@ def newton_orbit(
             return Orbit(here, period_halves, step_length), step_length < inf, halves
         if not step_length <= min(reach, 2.0 * previous_length):  # most searches far from any orbit end here
             return nothing, False, halves
+        if most < inf and step_length <= _NEAR * look.scale:
+            if spectral_radius(notes.monodromy, look.size) > most:
+                return nothing, False, halves
         previous_length = step_length
         for i in range(size):
             point[i] += step[i]
@@ -154,7 +161,7 @@ def repeated_orbit(
     )
     if period_halves == 0:
         return no_orbit(state)
-    orbit, complete, _ = newton_orbit(state, period_halves, look.scale, look, scene, probe, notes)
+    orbit, complete, _ = newton_orbit(state, period_halves, look.scale, inf, look, scene, probe, notes)
     if orbit.error < inf:
         point = np.empty(SECTION_SIZE)
         coordinates(orbit.state, scene.particle, point)

@@ -1,5 +1,6 @@
 """Search for stable orbits near a run."""
 
+from math import sqrt
 from typing import NamedTuple
 
 from damperlab.worker.jit import kernel
@@ -7,6 +8,7 @@ from damperlab.worker.solver.events import IMPACTS
 from damperlab.worker.solver.scene import Scene
 from damperlab.worker.solver.state import State
 from damperlab.worker.steady.orbits.candidate import (
+    FAR_REACH,
     Candidate,
     closing_in,
     is_beside_stable_orbit,
@@ -15,6 +17,8 @@ from damperlab.worker.steady.orbits.candidate import (
 )
 from damperlab.worker.steady.orbits.orbit import Orbit, SectionLook, no_orbit
 from damperlab.worker.steady.run import Notes
+from damperlab.worker.steady.section.coordinates import flying_at
+from damperlab.worker.steady.section.recurrence import SQUARED_EXTENT, closest_recurrences
 
 _BETWEEN_TRIES = 32  # Number of half cycles of the run between two searches for a stable orbit.
 # Largest cost of the search for nearby orbits, as a fraction of the half cycles of the run.
@@ -25,6 +29,12 @@ _SHARE_METERED = 0.05
 # Short periods are tried more often, because most chaotic transients end on orbits of short period.
 _FAR_EVERY = 64
 _FAR_PERIODS = (1, 2, 3, 1, 2, 4)
+# Longest period of the search along the metered run, and largest sum of the periods of all starts with one period.
+# A period is tried only if the smallest relative recurrence with this period is at most `_REPEATS`. In chaos of many
+# dimensions, recurrences are larger, and the search would be expensive and in vain.
+_LONGEST_BACK = 12
+_HALVES_BACK = 32
+_REPEATS = 0.007
 
 
 class Nearby(NamedTuple):
@@ -102,8 +112,43 @@ def look_farther(
     if scene.particle is not None:
         if scene.counts[IMPACTS] > 0:
             period_halves = _FAR_PERIODS[metered_halves // _FAR_EVERY % len(_FAR_PERIODS)]
-            rival = is_beside_stable_orbit(state, period_halves, look, scene, probe, notes)
-            return nearby._replace(rival=rival)
+            # a run that is far from repeating after this period is beyond the reach of the search
+            if notes.recurrences[period_halves] <= FAR_REACH * look.scale:
+                rival = is_beside_stable_orbit(state, period_halves, look, scene, probe, notes)
+                return nearby._replace(rival=rival)
+    return nearby
+
+
+@kernel
+def look_back(
+    nearby: Nearby,
+    state: State,
+    metered_halves: int,
+    look: SectionLook,
+    scene: Scene,
+    probe: Scene,
+    notes: Notes,
+) -> Nearby:
+    """Search for a stable orbit along the metered run, before the mean of the run is accepted.
+
+    A chaotic transient that ends on a stable orbit almost repeats now and then with the period of this orbit. So
+    Newton's method starts where the run comes closest to an earlier state, in each of several equal parts of the run.
+    The search is omitted for a particle with friction in its cavity, whose states cannot be made from section points.
+    """
+    if scene.particle is not None and not nearby.rival:
+        if scene.particle.friction is None and scene.counts[IMPACTS] > 0:
+            for period_halves in range(1, _LONGEST_BACK + 1):
+                rows, nearest = closest_recurrences(
+                    notes.path, metered_halves, period_halves, _HALVES_BACK // period_halves
+                )
+                if nearest <= _REPEATS:
+                    for row in rows:
+                        there = look._replace(scale=sqrt(notes.path[row, SQUARED_EXTENT]))
+                        start, possible = flying_at(notes.path[row], state, scene.friction, scene.particle)
+                        if possible and is_beside_stable_orbit(
+                            start, period_halves, there, scene, probe, notes
+                        ):
+                            return nearby._replace(rival=True)
     return nearby
 
 

@@ -6,6 +6,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from damperlab.worker.jit import inlined, kernel
+from damperlab.worker.solver.dwell import dwell_at_rest
 from damperlab.worker.solver.events import IMPACTS
 from damperlab.worker.solver.particle import Particle, Wall
 from damperlab.worker.solver.sliding import direction_of, down_of
@@ -93,6 +94,22 @@ def state_at(point: Array, like: State, particle: Particle | None) -> tuple[Stat
     moved = like._replace(
         v=v, w=w, gap=gap, p_rate=p_rate, slip_order=0, gap_order=0, dwell=dwell, slide=slide
     )
+    return moved, possible
+
+
+@kernel
+def flying_at(
+    point: Array, like: State, friction: float | None, particle: Particle | None
+) -> tuple[State, bool]:
+    """Return the state with given section coordinates, with the particle in flight, as `state_at` does.
+
+    The coordinates belong to a motion of the same scene as the state `like`, but perhaps in another regime.
+    """
+    slip = 0.0
+    if friction is not None and point[1] != 0.0:
+        slip = 1.0 if point[1] > 0.0 else -1.0
+    like = like._replace(slip=slip, gap=0.0, riding=0.0, dwell=dwell_at_rest(particle))
+    moved, possible = state_at(point, like, particle)
     return moved, possible
 
 

@@ -3,12 +3,12 @@
 A relative recurrence is such a distance, divided by the size of the section point (`extent`).
 """
 
-from math import inf, sqrt
+from math import inf, nan, sqrt
 
 import numpy as np
 from numpy.typing import NDArray
 
-from damperlab.worker.jit import kernel
+from damperlab.worker.jit import inlined, kernel
 from damperlab.worker.steady.section.coordinates import SECTION_SIZE
 
 Array = NDArray[np.float64]
@@ -18,6 +18,12 @@ RING = 128
 
 LONGEST = 64
 """Longest period that is searched [half cycles], equal to 32 excitation cycles."""
+
+PATH_COLUMNS = SECTION_SIZE + 1
+"""Columns of the path of a run: the section coordinates, and the square of their `extent`."""
+
+SQUARED_EXTENT = SECTION_SIZE
+"""Column of the squared extent in a path."""
 
 SAME = 1e-6
 """Largest relative recurrence at which a divisor of a settled period replaces the period."""
@@ -130,3 +136,41 @@ def near_period(apart: Array, longest: int, scale: float) -> int:
             found = period_halves
             nearest = d
     return found
+
+
+@inlined
+def note_point(point: Array, riding: float, line: Array) -> None:
+    """Write a section point into one row of a path."""
+    square = 1.0
+    for i in range(SECTION_SIZE):
+        line[i] = point[i] if riding == 0.0 else nan
+        square += point[i] ** 2
+    line[SQUARED_EXTENT] = square
+
+
+@kernel
+def closest_recurrences(
+    path: Array, last: int, period_halves: int, parts: int
+) -> tuple[NDArray[np.int64], float]:
+    """Rows of `path` after which the run repeats best in `period_halves` rows, and the smallest relative recurrence.
+
+    The rows 1 … `last` of the path are divided into equal parts; there is one row for each part. Rows with NaN are found
+    only if a part has no others.
+    """
+    rows = np.empty(parts, np.int64)
+    smallest = inf
+    for part in range(parts):
+        first = 1 + part * (last - period_halves) // parts
+        end = 1 + (part + 1) * (last - period_halves) // parts
+        rows[part] = first
+        nearest = inf
+        for row in range(first, end):
+            limit = nearest * path[row, SQUARED_EXTENT]
+            apart = (path[row + period_halves, 0] - path[row, 0]) ** 2
+            if apart < limit:  # most comparisons end with the first coordinate
+                for i in range(1, SECTION_SIZE):
+                    apart += (path[row + period_halves, i] - path[row, i]) ** 2
+                if apart < limit:
+                    rows[part], nearest = row, apart / path[row, SQUARED_EXTENT]
+        smallest = min(smallest, nearest)
+    return rows, sqrt(smallest)
