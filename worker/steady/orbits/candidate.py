@@ -31,6 +31,7 @@ _TRIAL_PERIODS = 4  # Newton's method is started only if at least this number of
 # Largest multiplier of an orbit that attracts; the margin covers the rounding of a multiplier of one.
 _ATTRACTS = 1.0 - 1e-9
 _REACH = 0.1  # Largest relative distance from the run at which a stable orbit becomes a candidate.
+_FAR_REACH = 0.5  # Longest relative Newton step in the search for a more distant orbit.
 _SURELY_REPELS = 10.0  # Multiplier near an orbit above which the orbit itself does not attract.
 # A candidate is confirmed when the run's distance from the orbit has fallen to `_CLOSED_IN` times the first distance.
 # `_CLOSED_IN_SLOWLY` is sufficient if the run has followed the linearisation for `_LONG` half cycles.
@@ -45,11 +46,6 @@ _OFF_PREDICTION = 0.25  # A run leaves the orbit if the deviation from the predi
 _NEARER = 0.7  # A run approaches the orbit if the distance falls to this fraction in the stretch.
 _NO_PREDICTION = 1e-4  # No prediction is needed if the distance falls to this fraction in the stretch.
 _ROUNDING = 1e-10  # Relative distance from the orbit that rounding alone can cause.
-
-FAR_REACH = 0.5
-"""Longest relative Newton step in the search for a more distant orbit, and longest relative recurrence from which this
-search starts during a run.
-"""
 
 LEAVES, FOLLOWS, APPROACHES = range(3)
 """Behaviours of a run near an orbit."""
@@ -134,7 +130,7 @@ def is_beside_stable_orbit(
 
     Near a stable orbit, a run that does not repeat may be a transient that ends on this orbit.
     """
-    reach = FAR_REACH * look.scale
+    reach = _FAR_REACH * look.scale
     _, found, _ = newton_orbit(state, period_halves, reach, _SURELY_REPELS, look, scene, probe, notes)
     attracts: bool = spectral_radius(notes.monodromy, look.size) < _ATTRACTS
     return found and attracts

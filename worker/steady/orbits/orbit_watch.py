@@ -8,7 +8,6 @@ from damperlab.worker.solver.events import IMPACTS
 from damperlab.worker.solver.scene import Scene
 from damperlab.worker.solver.state import State
 from damperlab.worker.steady.orbits.candidate import (
-    FAR_REACH,
     Candidate,
     closing_in,
     is_beside_stable_orbit,
@@ -29,10 +28,12 @@ _SHARE_METERED = 0.05
 # Short periods are tried more often, because most chaotic transients end on orbits of short period.
 _FAR_EVERY = 64
 _FAR_PERIODS = (1, 2, 3, 1, 2, 4)
+# Relative recurrence above which the run is too far from repeating for this search.
+_FAR_RECURRENCE = 0.75
 # Longest period of the search along the metered run, and largest sum of the periods of all starts with one period.
 # A period is tried only if the smallest relative recurrence with this period is at most `_REPEATS`. In chaos of many
 # dimensions, recurrences are larger, and the search would be expensive and in vain.
-_LONGEST_BACK = 12
+_LONGEST_BACK = 10
 _HALVES_BACK = 32
 _REPEATS = 0.007
 
@@ -112,8 +113,7 @@ def look_farther(
     if scene.particle is not None:
         if scene.counts[IMPACTS] > 0:
             period_halves = _FAR_PERIODS[metered_halves // _FAR_EVERY % len(_FAR_PERIODS)]
-            # a run that is far from repeating after this period is beyond the reach of the search
-            if notes.recurrences[period_halves] <= FAR_REACH * look.scale:
+            if notes.recurrences[period_halves] <= _FAR_RECURRENCE * look.scale:
                 rival = is_beside_stable_orbit(state, period_halves, look, scene, probe, notes)
                 return nearby._replace(rival=rival)
     return nearby
