@@ -191,6 +191,6 @@ def advance(
             break
         coordinates(state, scene.particle, ring[half % RING])
         struck[half % RING] = counts[IMPACTS]
-        if row >= 0:
-            note_point(ring[half % RING], state.riding, path[row + 1 + i])
+        if row >= 0 and scene.particle is not None:
+            note_point(ring, half % RING, state.riding, path, row + 1 + i)
     return state, half, outcome

@@ -34,7 +34,7 @@ _FAR_RECURRENCE = 0.75
 # A period is tried only if the smallest relative recurrence with this period is at most `_REPEATS`. In chaos of many
 # dimensions, recurrences are larger, and the search would be expensive and in vain.
 _LONGEST_BACK = 10
-_HALVES_BACK = 32
+_HALVES_BACK = 24
 _REPEATS = 0.007
 
 

@@ -139,13 +139,16 @@ def near_period(apart: Array, longest: int, scale: float) -> int:
 
 
 @inlined
-def note_point(point: Array, riding: float, line: Array) -> None:
-    """Write a section point into one row of a path."""
+def note_point(ring: Array, place: int, riding: float, path: Array, row: int) -> None:
+    """Copy a section point from a row of the ring into a row of the path."""
     square = 1.0
     for i in range(SECTION_SIZE):
-        line[i] = point[i] if riding == 0.0 else nan
-        square += point[i] ** 2
-    line[SQUARED_EXTENT] = square
+        value = ring[place, i]
+        path[row, i] = value
+        square += value**2
+    path[row, SQUARED_EXTENT] = square
+    if riding != 0.0:
+        path[row, 0] = nan
 
 
 @kernel
