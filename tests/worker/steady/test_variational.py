@@ -41,7 +41,7 @@ MODELS = ("instant", "dwell", "compliant")
 POINTS = 60
 FORCED = 20
 WARM_UP = 30
-LOOKED_AT = 12
+LOOKED_AT = 4
 STEP = 1e-5
 EPSILON = 2.0**-52
 
