@@ -13,6 +13,7 @@ from damperlab.worker.solver.excitation.excitation import phase_at
 from damperlab.worker.solver.integrate import half_cycle_on_addresses
 from damperlab.worker.solver.motion.taylor import TERMS
 from damperlab.worker.solver.observe.meter import METERS, Meter
+from damperlab.worker.solver.particle import Particle
 from damperlab.worker.solver.scene import Scene
 from damperlab.worker.solver.state import State
 from damperlab.worker.solver.transition_log import Transitions, empty_transitions
@@ -52,8 +53,9 @@ class Notes(NamedTuple):
         current and at the previous examination.
     trace : array, shape (half cycles + 1, columns)
         One row per metered half cycle; row 0 is the start of metering.
-    path : array, shape (half cycles + 1, PATH_COLUMNS)
+    path : array, shape (half cycles + 1, PATH_COLUMNS), or None
         The section points of the metered half cycles, in the rows 1, 2, …; NaN if the particle rides on a wall.
+        None without a particle and for a particle with friction, whose states cannot be made from section points.
     cycles : array, shape (2, cycles)
         Peaks of |u| and |v| of each metered cycle (`trace.cycle_peaks`).
     series : array, shape (cycles,)
@@ -75,7 +77,7 @@ class Notes(NamedTuple):
     recurrences: NDArray[np.float64]
     recurrences_before: NDArray[np.float64]
     trace: NDArray[np.float64]
-    path: NDArray[np.float64]
+    path: NDArray[np.float64] | None
     cycles: NDArray[np.float64]
     series: NDArray[np.float64]
     meter: Meter
@@ -109,16 +111,22 @@ def _room(scene: Scene, halves: int) -> int:
 
 
 @kernel
-def make_notes(max_cycles: int, energies: bool | None, acceleration: bool | None) -> Notes:
+def make_notes(
+    max_cycles: int, particle: Particle | None, energies: bool | None, acceleration: bool | None
+) -> Notes:
     """Make empty notes of a run; `energies` and `acceleration` are passed to the meter (`observe.meter.Meter`)."""
     cycles = max_cycles + LONGEST
+    path = None
+    if particle is not None:
+        if particle.friction is None:
+            path = np.empty((2 * cycles + 1, PATH_COLUMNS))
     return Notes(
         zero_matrix(RING, SECTION_SIZE),
         zero_counts(RING),
         filled(LONGEST + 1, inf),
         filled(LONGEST + 1, inf),
         np.empty((2 * cycles + 1, COLUMNS)),
-        np.empty((2 * cycles + 1, PATH_COLUMNS)),
+        path,
         np.empty((2, cycles)),
         np.empty(cycles),
         Meter(filled(METERS, 0.0), energies, acceleration),
@@ -191,6 +199,6 @@ def advance(
             break
         coordinates(state, scene.particle, ring[half % RING])
         struck[half % RING] = counts[IMPACTS]
-        if row >= 0 and scene.particle is not None:
+        if row >= 0 and path is not None:
             note_point(ring, half % RING, state.riding, path, row + 1 + i)
     return state, half, outcome

@@ -103,7 +103,7 @@ def settle(
     6. `max_cycles` or the limit on events is reached.
     """
     scene = make_scene(damping_ratio, frequency_ratio, friction, particle, settings.energies, forced)
-    notes = make_notes(settings.max_cycles, settings.energies, settings.acceleration)
+    notes = make_notes(settings.max_cycles, particle, settings.energies, settings.acceleration)
     return _settled(start, scene, probe_of(scene), notes, settings)
 
 

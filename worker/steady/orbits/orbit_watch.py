@@ -135,8 +135,8 @@ def look_back(
     Newton's method starts where the run comes closest to an earlier state, in each of several equal parts of the run.
     The search is omitted for a particle with friction in its cavity, whose states cannot be made from section points.
     """
-    if scene.particle is not None and not nearby.rival:
-        if scene.particle.friction is None and scene.counts[IMPACTS] > 0:
+    if scene.particle is not None and notes.path is not None:
+        if scene.counts[IMPACTS] > 0 and not nearby.rival:
             for period_halves in range(1, _LONGEST_BACK + 1):
                 rows, nearest = closest_recurrences(
                     notes.path, metered_halves, period_halves, _HALVES_BACK // period_halves
