@@ -25,7 +25,7 @@ PARTICLE = Particle(2.0, 0.6, 0.2)
 
 
 def test_a_motion_has_the_same_bits_with_and_without_a_meter() -> None:
-    """And without a log: `test_the_run_is_a_plain_march_whatever_looks_for_orbits_beside_it`."""
+    """That a log changes no bits is shown in `tests/worker/steady/test_steady_truth.py`, which marches without one."""
     ends: list[State] = []
     log = empty_log(10_000)
     for meter in (None, Meter(np.zeros(METERS))):
