@@ -12,6 +12,8 @@ import tempfile
 from pathlib import Path
 from typing import NamedTuple
 
+import psutil
+
 ROOT = Path(__file__).parent.parent
 SECONDS = 600.0
 """Longer than any of these tests needs, however loaded the machine: it ends one that hangs, which counts as found."""
@@ -196,7 +198,8 @@ def is_found(mutant: Mutant, copy: Path) -> bool:
         )
     file.write_text(right.replace(mutant.text, mutant.instead))
     command = [sys.executable, "-m", "pytest", "-q", "-x", "-p", "no:cacheprovider", mutant.test]
-    environment = os.environ | {"PYTHONPATH": str(copy / "src"), "PYTHONDONTWRITEBYTECODE": "1"}
+    sources = str(copy / "src")
+    environment = os.environ | {"PYTHONPATH": sources, "PYTHONDONTWRITEBYTECODE": "1"}
     try:
         with subprocess.Popen(command, cwd=copy, env=environment) as process:
             try:
@@ -206,6 +209,14 @@ def is_found(mutant: Mutant, copy: Path) -> bool:
                 return True
     finally:
         file.write_text(right)
+        end_what_is_left(sources)
+
+
+def end_what_is_left(sources: str) -> None:
+    """End the processes that a failed test leaves: what a mutant does not give up would be computed for hours."""
+    for process in psutil.process_iter(["environ"]):
+        if (process.info["environ"] or {}).get("PYTHONPATH") == sources:
+            process.kill()
 
 
 def main() -> None:
