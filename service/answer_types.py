@@ -70,7 +70,7 @@ def _undocumented(part: Schema) -> Schema:
 
 
 def _whole(schema: Any, parts: Schema) -> Any:
-    """Insert the schemas of undeclared types in place of references, and write alternative types as a list."""
+    """Replace references to undeclared types by the schemas of these types, and write alternative types as a list."""
     if isinstance(schema, list):
         return [_whole(each, parts) for each in schema]
     if not isinstance(schema, dict):

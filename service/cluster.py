@@ -16,7 +16,7 @@ MOST_JOBS = 16
 
 
 def open_cluster(settings: Settings, wanted: Callable[[], int]) -> "AbstractContextManager[Client]":
-    """Open a cluster as described in the settings, until the end of the context.
+    """Open the cluster that the settings describe, and close it at the end of the context.
 
     Parameters
     ----------

@@ -90,7 +90,7 @@ class _Unable(Exception):
 
 
 def run_design(settings: Settings, design_id: str, wake: "Connection[object, object]") -> None:
-    """Run the search for a design until the design has ended, as the main function of a separate process.
+    """Run the search for a design to its end. This is the main function of a separate process.
 
     Parameters
     ----------
@@ -253,7 +253,7 @@ class _Search:
             raise _Over
 
     def _follow(self, ask: Ask, number: int, message: str | None = None) -> None:
-        """Store the ids of a round's studies before their submission, so that a cancellation includes the studies."""
+        """Store the ids of a round's studies before they are submitted, so that a cancellation cancels them too."""
         wanted = sum(study.points for study in ask.studies)
         ids = tuple(study.digest[:12] for study in ask.studies)
         known = None if ask.ahead is None else plain(known_document(self._asked, ask.ahead))
@@ -304,7 +304,7 @@ class _Search:
         return [], refused
 
     def _ended(self, study_id: str) -> str:
-        """Return the id of a study when it is done. Raise `_Unable` if the study is deleted, failed or cancelled."""
+        """Wait until a study is done, and return its id. Raise `_Unable` if the study is deleted, failed or cancelled."""
         while True:
             try:
                 record = self.store.find(study_id)

@@ -161,7 +161,7 @@ class Designer:
             self.wake()
 
     def _searched(self, design_id: str, ready: threading.Event) -> BaseProcess:
-        """Run a search in a new process, and return the process after it has ended."""
+        """Run a search in a new process, wait for its end, and return the process."""
         hears, tells = self._processes.Pipe(duplex=False)
         arguments = (self._settings, design_id, tells)
         process = self._processes.Process(target=_search, args=arguments, daemon=True)

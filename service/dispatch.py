@@ -102,7 +102,7 @@ class Dispatcher:
         return sorted(self._runs)
 
     def workload(self) -> tuple[dict[str, int], int, int]:
-        """Return the numbers of workers, blocks at workers, and repeated attempts of the studies run by this process.
+        """Count the workers, the blocks at workers and the repeated attempts, for the studies that this process runs.
 
         Returns
         -------

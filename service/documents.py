@@ -56,7 +56,7 @@ def _listed(array: np.ndarray) -> list[Any]:
 
 
 def _pieces(value: Any) -> Iterator[str]:
-    """Yield JSON in pieces. A single step would block all other threads for too long."""
+    """Yield JSON in pieces. Writing it in one piece would block all other threads for too long."""
     if _size(value) <= AT_ONCE:
         yield _ENCODER.encode(value)
     elif isinstance(value, dict):

@@ -1,4 +1,4 @@
-"""Computes comparisons of dampers under a ground-motion record for all user interfaces, up to a largest cost."""
+"""Computes comparisons of dampers under a ground-motion record for all user interfaces, and limits their cost."""
 
 from typing import Annotated, NotRequired
 

@@ -189,7 +189,7 @@ def _names(field: Field, taken: Iterable[str]) -> Iterator[str]:
 
 
 def _named(field: Field, taken: Iterable[str]) -> Mapping[str, Any]:
-    """Define a query parameter for each name in a field that maps names to values or ranges."""
+    """For a field that maps names to values or ranges, define a query parameter for each name."""
     ranged = field.core == Ranges
     also = {name: AliasChoices(name, alias) for alias, name in ALIASES.items()}
     found: dict[str, Any] = {}

@@ -1,4 +1,4 @@
-"""Answers errors with problem documents (RFC 9457), which give the value found, the allowed values, and a remedy."""
+"""Responses to errors: problem documents (RFC 9457) with the value found, the allowed values, and a remedy."""
 
 import re
 from collections.abc import Iterable, Mapping, Sequence
@@ -105,7 +105,7 @@ class Problem(Exception):
 
 
 def lacking(names: Iterable[str], allowed: Iterable[str]) -> Problem:
-    """Return the problem of a request that does not name required dimensions.
+    """Return the exception for a request that lacks parameters for some dimensions.
 
     Parameters
     ----------

@@ -445,7 +445,7 @@ def _read_count(raw: object, name: str) -> int:
 
 
 def _caught(faults: list[Fault], read: Any, raw: object, field: str, instead: Any) -> Any:
-    """Return a value that `read` accepts. For an invalid value, extend `faults` and return `instead`."""
+    """Return the result of `read`. If `read` refuses the value, add the faults to `faults` and return `instead`."""
     try:
         return read(raw, field)
     except StudyFaults as error:

@@ -1,1 +1,1 @@
-"""Figures of the answers, drawn without pyplot, whose state is global and would be shared by threads."""
+"""Figures of the answers, drawn without pyplot, because threads would share its global state."""

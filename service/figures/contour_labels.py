@@ -75,7 +75,7 @@ def _straight(piece: NDArray[np.float64]) -> NDArray[np.intp]:
 
 
 def _pieces(path: Path, x: NDArray[np.float64], y: NDArray[np.float64]) -> Iterator[NDArray[np.float64]]:
-    """Yield evenly spaced points along each piece of a path, in fractions of both axes."""
+    """Yield evenly spaced points along each piece of a path; coordinates are fractions of the axes."""
     for piece in path.to_polygons(closed_only=False):
         across, up = np.asarray(piece, np.float64).T
         corners = np.column_stack([_share(across, x), _share(up, y)])

@@ -25,14 +25,14 @@ SAMPLES = 801
 
 
 def draw_alternatives(found: Found, called: str) -> Figure:
-    """Draw the responses over the band at the largest amplitude, with the damper found and with each alternative.
+    """Draw the responses over the band at the largest amplitude, with the best damper found and each alternative.
 
     Parameters
     ----------
     found : Found
         The findings of the search.
     called : str
-        The name of the damper found, see `damperlab.studies.design.verdict.called_of`.
+        Name of the best damper found, see `damperlab.studies.design.verdict.called_of`.
     """
     asked, largest = found.asked, found.binding.largest
     with styled():
@@ -57,7 +57,7 @@ def draw_alternatives(found: Found, called: str) -> Figure:
 
 
 def draw_amplitudes(found: Found) -> Figure:
-    """Draw the response with the damper found at each base amplitude, and a curve through the peaks."""
+    """For each base amplitude, draw the response with the best damper found. Draw a curve through the peaks."""
     asked = found.asked
     norm = LogNorm(found.shown[0].reference_m, found.shown[-1].reference_m)
     colours = colormaps[COLOURS]

@@ -172,13 +172,13 @@ def _stars(
 
 
 def _where(answer: xr.Dataset) -> str:
-    """Return the phrase that ends a label about response classes, if the map shows extrema; else empty."""
+    """Return the end of a label about response classes; empty if the map shows no extrema."""
     words = {"max": " where it is largest", "min": " where it is smallest"}
     return words.get(str(answer.attrs.get("reduce")), "")
 
 
 def _weighs(answer: xr.Dataset, shown: np.ma.MaskedArray[Any, Any]) -> NDArray[np.bool_]:
-    """Mark the points at which the particle has mass, or every point if the answer has no mass coordinate."""
+    """Return whether the particle has mass at each point; True everywhere if the answer has no mass coordinate."""
     for name in ("mass_ratio", "particle_mass_kg"):
         if name in answer.coords:
             return np.asarray(

@@ -268,7 +268,7 @@ def _shown_unit(unit: str) -> str:
 
 
 def _in_units() -> dict[str, tuple[str, str, str, float]]:
-    """Return symbol, label, unit and scale of the quantity that replaces each ratio if the page shows units."""
+    """For each ratio, return symbol, label, unit and scale of the quantity that the page shows in units instead."""
     shown = {}
     for name, (symbol, label, unit, scale) in PRINTED.items():
         if name in SYMBOLS:

@@ -59,8 +59,8 @@ def figure_9(solve: Solve, quick: bool) -> Section:
         f"{section.rows[0].ours:.4g}."
     )
     section.words = [
-        f"The paper's peak of about 20 is not the steady peak, which is {section.rows[0].ours:.4g}. A start "
-        f"from rest passes {wanted.value:g} in cycle {cycles}, after {seconds:.3g} s. The paper does not "
+        f"The paper's peak of about 20 is not the steady peak, which is {section.rows[0].ours:.4g}. From "
+        f"rest, X/Z first reaches {wanted.value:g} in cycle {cycles}, after {seconds:.3g} s. The paper does not "
         "print the duration of its run.",
         "Equation (12) leaves out viscous damping. With damping the resonance is finite at any friction, and the amplitude "
         "relative to the base is close to (1 − 4γ_F/π)/(2ζ). If γ_F exceeds π/4, friction alone keeps the mass near its base.",

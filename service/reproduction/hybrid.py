@@ -228,7 +228,7 @@ def table_3(solve: Solve, quick: bool) -> Section:
 
 
 def _by_the_papers_method(section: Section, solve: Solve, quick: bool) -> list[Row]:
-    """Compute the entries with a particle by the paper's Runge-Kutta steps, with impacts only at the ends of steps."""
+    """Compute the entries with a particle by the paper's Runge-Kutta method, with impacts only at step ends."""
     known = paper_numbers()
     steps = round(1 / (known["natural_frequency_hz"].value * known["time_step_s"].value))
     labels = clearances()[LABELS]

@@ -27,7 +27,7 @@ CHOSEN_FRICTION = 0.69
 
 
 def clearances() -> dict[str, tuple[float, float, float]]:
-    """Return d/Z of the three cavities: the labels of Figure 12, and d/Z for each Z that a label implies."""
+    """Return d/Z of the three cavities by reading: the labels of Figure 12, or d/Z for the Z that one label implies."""
     known = paper_numbers()
     lengths = [known[f"clearance_{k}_mm"].value for k in (1, 2, 3)]
     labels = [known[f"clearance_ratio_{k}"].value for k in (1, 2, 3)]

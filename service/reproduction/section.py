@@ -1,4 +1,4 @@
-"""A section of the report: rows that compare numbers with the paper's numbers, sentences, and figures."""
+"""A section of the report: sentences, figures, and rows that compare numbers with the paper's numbers."""
 
 from collections.abc import Callable
 from dataclasses import dataclass, field
@@ -108,7 +108,7 @@ class Section:
 
     @property
     def met(self) -> tuple[int, int]:
-        """Number of values in the paper that agree within `MET`, and number of compared values.
+        """Number of values in the paper that are reproduced within `MET`, and number of compared values.
 
         If several rows compare one value, the row with the smallest difference counts.
         """

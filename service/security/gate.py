@@ -18,7 +18,7 @@ WITHOUT_A_KEY = "nobody"
 
 
 class Gate:
-    """ASGI middleware that refuses requests from foreign sites, without permission, or beyond the rate limit.
+    """ASGI middleware that refuses foreign sites, requests without permission, and requests beyond the rate limit.
 
     Parameters
     ----------

@@ -1,4 +1,4 @@
-"""Rate limits. A caller may send the requests of one minute at once. The allowance then refills steadily."""
+"""Rate limits. A caller may send the requests of one minute in one burst. The allowance then refills steadily."""
 
 import math
 import time
@@ -23,7 +23,7 @@ class Rates:
         self._spent_until: OrderedDict[str, float] = OrderedDict()
 
     def wait_seconds(self, who: str) -> int:
-        """Count a request and return 0, or return the time to wait if the request exceeds the limit [s]."""
+        """Count a request and return 0. If the request exceeds the limit, return the time to wait [s]."""
         if self.per_minute is None:
             return 0
         now, each = time.monotonic(), _MINUTE / self.per_minute

@@ -45,7 +45,7 @@ class Sessions:
         self._open.pop(_hashed(value), None)
 
     def _forget(self, now: float, key_id: str) -> None:
-        """Drop ended sessions, and the oldest sessions of a key until one more session is allowed."""
+        """Drop ended sessions. Also drop the oldest sessions of a key until the key may have one more."""
         for each in [each for each, (_, _, ends) in self._open.items() if ends <= now]:
             del self._open[each]
         of_key = [each for each, (of, _, _) in self._open.items() if of == key_id]

@@ -108,7 +108,7 @@ def _there(
 def steady(
     store: Store, study: Record, function: Callable[..., Result], more: tuple[object, ...] = ()
 ) -> Result:
-    """Call a function that reads a study, again if the study changes meanwhile; see `Store.steadily`."""
+    """Call a function that reads a study. Repeat the call if the study changes meanwhile, see `Store.steadily`."""
     return store.steadily(study.id, lambda: function(store, study, *more))
 
 

@@ -86,7 +86,7 @@ class Promises:
         self._promises: dict[str, Promise] = {}
 
     def keep(self, promise: Promise) -> bool:
-        """Add a deferred answer, and return True. Return False if `KEPT` answers are pending."""
+        """Add a deferred answer, and return True. Return False if the limit of pending answers is reached."""
         self._forget_old()
         if len(self._promises) >= KEPT:
             return False
@@ -217,7 +217,7 @@ class Later:
 async def _left(sent: asyncio.Event, receive: Receive) -> None:
     """Wait until the client has left.
 
-    No message is read before the event `sent`, which is set when the body of the request is complete.
+    Read messages only after the event `sent`, which is set when the body of the request is complete.
     """
     await sent.wait()
     while (await receive())["type"] != "http.disconnect":
