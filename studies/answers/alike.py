@@ -12,7 +12,7 @@ if TYPE_CHECKING:
 def alike(cubes: "Iterable[xr.Dataset]") -> "list[xr.Dataset]":
     """Give all harmonic cubes the same optional leading dimensions, such as friction of the particle.
 
-    Cubes of other kinds stay unchanged. The value along an added dimension is 0.
+    Cubes of other kinds stay unchanged. An added dimension has the single value 0.
     """
     every = list(cubes)
     names = [name for name in BEFORE if any(name in cube.sizes for cube in every)]

@@ -33,7 +33,7 @@ def default_objective(cube: "xr.Dataset", band: tuple[float, float] | None) -> O
 def worst_by_default(cube: "xr.Dataset", used: Container[str | None]) -> bool:
     """Whether an answer takes the worst value over the uncontrolled dimension (frequency or ground-motion record).
 
-    The worst value is taken if the dimension has several values and the question does not use the dimension.
+    The worst value is taken if the dimension has several values and is not in `used`.
 
     Parameters
     ----------
@@ -47,7 +47,10 @@ def worst_by_default(cube: "xr.Dataset", used: Container[str | None]) -> bool:
 
 
 def say_frequency(cube: "xr.Dataset", r: float, codes: bool = False, phrases: Phrases = RATIOS) -> str:
-    """Say that an answer applies to one frequency. Set `codes` if the answer shows codes, which have no maximum."""
+    """Say that an answer applies to one frequency.
+
+    `codes` is True if the answer shows codes, such as response classes. Codes have no maximum.
+    """
     at = phrases.equal(FREQUENCY, r, ".10g")
     if has_band(cube) and codes:
         name = "frequency_hz" if phrases.unit(FREQUENCY) else FREQUENCY
@@ -79,6 +82,6 @@ def say_worst(cube: "xr.Dataset", phrases: Phrases = RATIOS) -> str:
 
 
 def runs(r: np.ndarray, true: np.ndarray) -> list[list[float]]:
-    """Return the first and the last value of each run of neighbouring values `r` at which `true` holds."""
+    """Return the first and the last value of `r` in each run of neighbouring entries where `true` is True."""
     edges = np.flatnonzero(np.diff(np.concatenate(([0], true.astype(np.int8), [0]))))
     return [[float(r[start]), float(r[end - 1])] for start, end in zip(edges[::2], edges[1::2], strict=True)]

@@ -28,7 +28,10 @@ LUCK = 4.0
 The factor is larger, because the best of many values is low partly by chance.
 """
 STEEPEST = 2.0
-"""A change over one cell is scaled to the neighbouring cell by the ratio of the cell widths, at most by this factor."""
+"""Largest factor by which a change over one cell is scaled to a wider neighbouring cell.
+
+Up to this limit, the factor is the ratio of the cell widths.
+"""
 
 
 @dataclass(frozen=True)
@@ -65,9 +68,9 @@ class Cells:
     ) -> "Cells":
         """Find the cells within `ranges`, and leave out a cell that a later study divides.
 
-        If a range ends within a cell, the cell is cut at the end of the range. The value at the corner outside the
-        range is still used for the estimates. A study whose tolerance differs from that of the first study
-        adds no cells, but its values replace less accurate values of the same designs.
+        If a range ends within a cell, the cell is cut at the end of the range. The estimates still use the value at
+        the corner outside the range. A study computed with a different tolerance than the first study adds no
+        cells. Its values still replace less accurate values of the same designs.
         """
         grids = [_Grid.of(cube, question, ranges, varied) for cube in cubes.values()]
         best: dict[Key, tuple[float, float]] = {}
@@ -113,9 +116,9 @@ class Cells:
         return np.asarray(reached.all(axis=1))
 
     def flat(self, value: float, error: float) -> NDArray[np.bool_]:
-        """Return for each cell whether errors alone can explain why the values at its corners exceed `value`.
+        """Return which cells are flat within the errors, (n,).
 
-        The result has the shape (n,).
+        In a flat cell, errors alone can explain that the values at the corners exceed `value`.
         """
         doubt = np.hypot(self.spread[:, 2], error)
         # an error as small as rounding is not a statistical error
@@ -176,7 +179,7 @@ class _Grid:
         ]
 
     def with_values(self, best: Mapping[Key, tuple[float, float]]) -> "_Grid":
-        """Replace the value and the error of every design by the entry of `best` for this design."""
+        """Return the grid with values and errors from `best`. Designs without a value stay unchanged."""
         value, error = self.value.copy(), self.error.copy()
         for place in np.argwhere(np.isfinite(value)):
             key = tuple(float(axis[i]) for axis, i in zip(self.axes, place, strict=True))
@@ -215,7 +218,7 @@ class _Grid:
         )
 
     def _drops(self, d: int) -> tuple[Floats, Floats]:
-        """Estimate how far the value may fall within half a cell of each design.
+        """Estimate by how much the value may fall from each design to the middle of the neighbouring cell.
 
         The first array is for the cell above the design, the second array for the cell below.
         """
@@ -238,7 +241,7 @@ class _Grid:
 
 
 def _reaching(axis: Floats, low: float, high: float) -> slice:
-    """Return the slice of an ascending axis whose values lie in a range.
+    """Return the slice of the values of an ascending axis that lie in a range.
 
     If an end of the range lies between two values, the slice includes the value just outside the range.
     """
@@ -257,7 +260,7 @@ def _cut(axis: Floats, low: float, high: float) -> Floats:
 
 
 def _positions(kept: NDArray[np.intp], wanted: NDArray[np.intp]) -> NDArray[np.intp]:
-    """Return the positions of the indices `wanted` in the array `kept`."""
+    """Return the position in `kept` of each index in `wanted`."""
     place = np.zeros(int(kept.max()) + 1, np.intp)
     place[kept] = np.arange(kept.size)
     return place[wanted]

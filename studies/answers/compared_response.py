@@ -144,10 +144,10 @@ def compared_response(
 def spans_apart(
     name: str, ours: tuple[xr.Dataset, NDArray[Any]], theirs: tuple[xr.Dataset, NDArray[Any]]
 ) -> tuple[str, str, str]:
-    """Name a dimension, and describe its values in each of two studies that have different values.
+    """Name a dimension with different values in two studies, and describe its values in each study.
 
-    The values are described by their ends, in units if both studies have units. If the two descriptions are equal,
-    the ratios are described, and the value with the largest difference is added to each.
+    A description states the ends of the values, in units if both studies have units. If the descriptions in units
+    are equal, ratios are stated. If these are equal too, each description adds the value that differs most.
     """
     both = [Phrases.of(cube) for cube, _ in (ours, theirs)]
     for first, second in (both, (RATIOS, RATIOS)):

@@ -1,9 +1,10 @@
 """Compare designs whose values have errors: find the best designs, and the designs that may be the best.
 
 The mean of an irregular response is sometimes farther from the truth than a normal distribution of the stated error
-allows. The error of a mean is therefore assumed to follow Student's t distribution with `DEGREES` degrees of freedom.
-427 such means of random designs were compared with runs of 200,000 cycles: 2.3 % were off by more than `WIDTH` stated
-errors, and 1.4 % by more than 4.6 stated errors. Student's t distribution predicts 5 % and 1 %, respectively.
+allows. The error of a mean is therefore assumed to follow Student's t distribution with `DEGREES` degrees of
+freedom. In a check, 427 such means of random designs were compared with runs of 200,000 cycles. An error of more
+than `WIDTH` stated errors occurred in 2.3 % of them; Student's t distribution predicts 5 %. An error of more than
+4.6 stated errors occurred in 1.4 %; the prediction is 1 %.
 """
 
 import math
@@ -59,7 +60,10 @@ def limits(amplitude: Floats, error: Floats) -> tuple[Floats, Floats]:
 
 
 def contend(low: Floats, high: Floats) -> NDArray[np.bool_]:
-    """Return which designs may be the best: the lower limit does not exceed the smallest known upper limit."""
+    """Return which designs may be the best.
+
+    A design may be the best if its lower limit is at most the smallest known upper limit.
+    """
     return np.asarray(low <= np.nanmin(high, initial=np.inf))
 
 

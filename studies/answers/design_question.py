@@ -166,7 +166,7 @@ def judging_in_ratios(cube: "xr.Dataset", judging: Judging) -> Judging:
 
 
 def within(cube: "xr.Dataset", field: str, name: str, limits: tuple[float, float] | None) -> np.ndarray:
-    """Return the positions along a dimension whose values lie within limits, or all positions if `limits` is None.
+    """Return the positions at which a dimension has values within `limits`, or all positions if `limits` is None.
 
     Raise `QueryFault` if no value lies within the limits.
     """
@@ -191,7 +191,7 @@ def within(cube: "xr.Dataset", field: str, name: str, limits: tuple[float, float
 
 
 def axes_within(cube: "xr.Dataset", ranges: Mapping[str, tuple[float, float]]) -> dict[str, np.ndarray]:
-    """Return the positions along every dimension whose values lie within ranges.
+    """Return for every dimension the positions at which its values lie within the ranges.
 
     Ranges of quantities in SI units are allowed too.
     """

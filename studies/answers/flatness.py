@@ -101,7 +101,10 @@ def _span(entry: dict[str, Any], phrases: Phrases) -> str:
 
 
 def end_of(axis: np.ndarray, value: float, name: str) -> str:
-    """Return "upper" or "lower" if a value lies at an end of an axis that can be extended, otherwise an empty text."""
+    """Return the end of an axis at which a value lies, "upper" or "lower"; empty if it lies at no end.
+
+    An end beyond which no value is possible, a restitution of 1 or a value of 0, does not count.
+    """
     if value == axis.max() and not (name == "restitution" and value == 1):
         return "upper"
     return "lower" if value == axis.min() and value > 0 else ""
@@ -119,7 +122,7 @@ def say_beyond(ends: Mapping[str, list[Any]], phrases: Phrases) -> str:
 def ends_of_damper(
     cube: "xr.Dataset", metric: str, counting: Mapping[str, np.ndarray], best: Mapping[str, int]
 ) -> dict[str, list[Any]]:
-    """Find at which ends of the study's axes the best damper lies.
+    """Find the ends of the study's axes at which the best damper lies.
 
     Parameters
     ----------

@@ -53,7 +53,7 @@ class Extremum:
 
 
 def _moves(beside: Mapping[str, np.ndarray], ranked: np.ndarray) -> np.ndarray | None:
-    """Mark the points that have a value and at which the mass is known to move.
+    """Mark each point that has a value and a response class in which the mass moves.
 
     Return None if `beside` contains no response classes.
     """

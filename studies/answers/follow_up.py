@@ -137,7 +137,7 @@ def tolerance_of(cube: "xr.Dataset", otherwise: float) -> float:
 
 
 def spent_on(cubes: "Mapping[str, xr.Dataset]") -> dict[str, float]:
-    """Count the computed points, and also the cycles and the seconds of run time if every study stores both.
+    """Count the computed points. Also sum up the cycles, and the run time in seconds, if every study stores them.
 
     A point in several studies with the same settings is counted once, because later studies reuse the result.
     """

@@ -71,12 +71,12 @@ class Fitted(NamedTuple):
 def fragility(cube: xr.Dataset, asked: Fragile) -> xr.Dataset:
     """Fit the probability that a result exceeds a limit, as a function of the scale of the records.
 
-    Each record gives one observation, since runs under the same record are not independent. The observation
-    is the scale at which the result reaches the limit, interpolated as in incremental dynamic analysis [2]_.
-    If a run is missing or the limit is never exceeded, only an interval that contains this scale is known. If
-    at least one failed run of the suite counts as exceeding the limit, intervals are used for all records.
-    The reason is that runs fail where results are large, so interpolation between the other runs would shift
-    the median. A lognormal distribution is fitted by maximum likelihood [1]_.
+    Each record gives one observation, since runs under the same record are not independent. The observation is the
+    scale at which the result reaches the limit, interpolated as in incremental dynamic analysis [2]_. If a run is
+    missing or the limit is never exceeded, only an interval that contains this scale is known. If any failed run
+    counts as exceeding the limit, intervals replace the interpolated scales of all records. Runs fail where results
+    are large, so interpolation between the other runs would shift the median. A lognormal distribution is fitted by
+    maximum likelihood [1]_.
 
     Parameters
     ----------
@@ -211,7 +211,9 @@ def bounds(exceeds: NDArray[np.bool_], scales: Floats, keeps: NDArray[np.bool_])
 def reached(
     values: Floats, threshold: float, scales: Floats, low: Floats, high: Floats
 ) -> tuple[Floats, Floats]:
-    """Return the scales at which results reach a limit, linear in logarithms between neighbouring scales.
+    """Return the scales at which results reach a limit.
+
+    The interpolation between neighbouring scales is linear in the logarithms of scale and result.
 
     Parameters
     ----------
@@ -243,7 +245,7 @@ def reached(
 
 
 def may_be_one(low: Floats, high: Floats) -> bool:
-    """Whether all intervals have a common number, so that the likelihood grows as the dispersion falls to 0."""
+    """Whether one number lies in all intervals. The likelihood then grows as the dispersion falls to 0."""
     return low.size < 2 or float(low.max()) <= float(high.min())
 
 

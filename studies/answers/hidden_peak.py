@@ -74,12 +74,11 @@ def hidden(
     * A resonance raises the response at both ends, as in `may_hide`. The height of the resonance is at most 1/(2ζ), the
       height without a damper. The interval overlaps the range of natural frequencies, from 1/√(1 + β), where the
       particle moves with the structure, to 1.
-    * The particle strikes at one end only, so the response jumps within the interval. One end may lie on the
-      flank of a resonance, and the flank may extend as far as the other end. For an infinite height P, the
-      formula in `may_hide` is X = 1/((1 + β)|r² − r₀²|). So a flank with the value X at one end reaches at
-      most 1/(1/X − (1 + β) Δ(r²)) within the interval. The flank is unbounded if the denominator of this
-      expression is not positive.
-      A flank rises towards the range of natural frequencies.
+    * The particle strikes at one end only, so the response jumps within the interval. One end may lie on the flank
+      of a resonance. The flank may extend over the interval as far as the other end. For an infinite height P, the
+      formula in `may_hide` is X = 1/((1 + β)|r² − r₀²|). So a flank with the value X at one end reaches at most
+      1/(1/X − (1 + β) Δ(r²)) within the interval. The flank is unbounded if the denominator of this expression is
+      not positive. A flank rises towards the range of natural frequencies.
 
     No peak hides between two frequencies at which friction holds the mass, because the force that is required to hold
     the mass increases with the frequency.
@@ -203,9 +202,9 @@ def hidden_note(
     damping_ratio: NDArray[np.float64],
     whose: Mapping[str, Any] = MappingProxyType({}),
 ) -> list[Note]:
-    """Return a note that the largest value over a band may miss the peak, with the frequencies that would show it.
+    """Return a note that the largest value over a band may miss the peak.
 
-    The list is empty if no peak hides.
+    The note advises frequencies that resolve the peak. The list is empty if no peak hides.
 
     Parameters
     ----------
@@ -252,7 +251,10 @@ def hidden_peaks(
     lead: Mapping[str, Any],
     homes: "Mapping[str, xr.Dataset] | None" = None,
 ) -> list[Note]:
-    """Return a note if a peak of one of the first designs of a ranking, or of the recommended design, may be hidden."""
+    """Return a note if a ranked design, or the recommended design, may have a hidden peak.
+
+    Of the ranked designs, at most the first `MOST_PEAKS` are checked.
+    """
     r = question.frequencies
     listed = min(question.top, ranked.sizes["rank"], MOST_PEAKS)
     if question.objective != "peak" or r.size == 1 or not listed:
@@ -269,7 +271,7 @@ def hidden_peaks(
 
 
 def whose(hides: Sequence[bool], listed: int, recommended: int = 0) -> dict[str, Any]:
-    """Return the designs with hidden peaks as data for a note.
+    """Return the data of a note: how many designs, and which of them, may have hidden peaks.
 
     Parameters
     ----------

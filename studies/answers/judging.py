@@ -35,7 +35,7 @@ def may_strike(kinds: NDArray[Any]) -> NDArray[np.bool_]:
 
 
 def new_tally() -> dict[str, int]:
-    """Return counters with the value 0: for all designs, and for the designs left out for each reason."""
+    """Return counters that start at 0: one for all designs, and one for each reason to leave out a design."""
     return dict.fromkeys(("designs", *REASONS), 0)
 
 

@@ -1,11 +1,12 @@
 """The largest acceleration of the structure.
 
-Under base motion the acceleration is estimated from the displacement amplitude, without integration. While the particle
-is in free flight, ü = −v − 2ζv' − γ_F sign v' [Z ω_n²], where v is the displacement relative to the base. If v is
-harmonic with the amplitude V, the largest |ü| is V √(1 + (2ζr)²) + γ_F. Friction accelerates the particle by at most κ.
-While the particle slides, the acceleration of the structure is smaller by βκ. While the particle moves with the
-structure, the acceleration is smaller by the factor 1 + β. The estimate neglects the higher harmonics of v and a
-particle that stays on a wall. `tests/worker/test_acceleration.py` checks the estimate against integrated responses.
+Under base motion the acceleration is estimated from the displacement amplitude, without integration. While the
+particle is in free flight, ü = −v − 2ζv' − γ_F sign v' [Z ω_n²], where v is the displacement relative to the base.
+If v is harmonic with the amplitude V, the largest |ü| is V √(1 + (2ζr)²) + γ_F. Friction accelerates the particle
+by at most κ. While the particle slides, the acceleration of the structure is smaller by βκ. While the particle
+moves with the structure, the acceleration is smaller by the factor 1 + β. The estimate neglects two effects: the
+higher harmonics of v, and a particle that stays on a wall. `tests/worker/test_acceleration.py` checks the estimate
+against integrated responses.
 """
 
 from collections.abc import Mapping, Sequence
@@ -36,7 +37,9 @@ LARGEST = "largest of the structure"
 
 
 class Acting(NamedTuple):
-    """Ratios of the structure and its damper that determine the acceleration, as numbers or one value per response.
+    """Ratios of the structure and its damper that determine the acceleration.
+
+    Each ratio is a number, or an array with one value per response.
 
     Parameters
     ----------
@@ -118,7 +121,7 @@ def acceleration_g(cube: "xr.Dataset", place: Mapping[str, int | NDArray[np.intp
 
 
 def acceleration_of(design: Mapping[str, Any], question: DesignQuestion, cube: "xr.Dataset") -> float:
-    """Return `acceleration_g` of a design on a cube's grid, over the judged band of frequencies."""
+    """Return `acceleration_g` of a design, over all frequencies of the cube within the judged band."""
     own = cube[FREQUENCY].values
     counted = np.flatnonzero((own >= question.frequencies[0]) & (own <= question.frequencies[-1]))
     return acceleration_g(cube, {**question.place_of(design, cube), FREQUENCY: counted})

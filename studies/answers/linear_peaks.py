@@ -42,7 +42,7 @@ class LinearPeaks:
         excitation: Excitation,
         scale: float = 1.0,
     ) -> "LinearPeaks":
-        """Compute the largest peaks over structures of several damping ratios.
+        """Compute both peaks for structures with different damping ratios, and return the largest of each.
 
         Parameters
         ----------

@@ -27,7 +27,7 @@ DIFFERENCE = "difference"
 _BESIDE = ("amplitude_error", "amplitude_error_m", "response_class", "status")
 """Variables that accompany the metric in each study's map."""
 _TOLD = frozenset(("name", "axes", "damping_ratio", "metrics", *COORDINATES, "restitution"))
-"""Parts of a definition that are not compared, because they repeat the axes or do not change the results."""
+"""Entries of a definition that are not compared, because they repeat the axes or do not change the results."""
 
 
 def map_difference(
@@ -54,11 +54,12 @@ def map_difference(
     -------
     Dataset
         The map of `resonance_map` for `cube`, dimensions (y, x), with `other`, `other_amplitude_error`,
-        `other_response_class` and `other_status` of the second study. `difference` is the first value minus the second,
-        in the unit of the metric; it is NaN where a value is missing. `complete`, `points` and `points_failed` cover
-        both studies together. If the two maps are taken at different values of further dimensions, `other_at` has the
-        values of the second study. `note` says where the difference is largest and how else the studies differ;
-        `studies_differ` has the latter alone, if they differ.
+        `other_response_class` and `other_status` of the second study. `difference` is the first value minus the
+        second, in the unit of the metric; it is NaN where a value is missing. `complete`, `points` and
+        `points_failed` cover both studies together. If the two maps are taken at different values of further
+        dimensions, `other_at` has the values of the second study. `note` says where the difference is largest, and
+        how else the studies differ. `studies_differ` contains only the sentence on how else the studies differ, if
+        they do.
 
     Raises
     ------
@@ -181,7 +182,7 @@ def _told(name: str, value: Any, phrases: Phrases) -> str:
 def _apart(
     cube: xr.Dataset, other: xr.Dataset, first: xr.Dataset, second: xr.Dataset, phrases: Phrases
 ) -> Iterator[str]:
-    """Name the differences between the studies: the chosen points, and parts of the definitions."""
+    """Name the differences between the studies: chosen points, and entries of the definitions."""
     for name in _elsewhere(first, second):
         a, b = first[name].item(), second[name].item()
         if isinstance(a, str):
@@ -195,7 +196,7 @@ def _apart(
 
 
 def _elsewhere(first: xr.Dataset, second: xr.Dataset) -> list[str]:
-    """Return the dimensions along which the maps are taken at different values.
+    """Return the dimensions along which the two maps are fixed at different values.
 
     A name in SI units, such as `clearance_m`, replaces the name of the ratio if both studies have it.
     """
@@ -209,16 +210,19 @@ def _elsewhere(first: xr.Dataset, second: xr.Dataset) -> list[str]:
 
 
 def _parts(cube: xr.Dataset) -> dict[str, Any]:
-    """Return the parts of a study's definition. Each entry of the physical block is a separate part."""
+    """Return the entries of a study's definition.
+
+    Entries of the block `physical` get keys such as `physical.mass_kg`.
+    """
     study: dict[str, Any] = definition_of(cube)
     physical = study.pop("physical", None) or {}
     return study | {f"physical.{name}": value for name, value in physical.items()}
 
 
 def _phrases(cube: xr.Dataset, other: xr.Dataset) -> Phrases:
-    """Return the phrases for sentences about two studies.
+    """Return the `Phrases` for sentences about both studies.
 
-    If the structures differ, only names in `LONG_NAMES` have units.
+    If the studies convert ratios to units with different factors, only the names in `LONG_NAMES` have units.
     """
     found, others = Phrases.of(cube), Phrases.of(other)
     keys = found.quantities.keys()

@@ -36,7 +36,11 @@ _SLIPS = {"_m": (("mm", 1e-3), ("µm", 1e-6), ("cm", 1e-2)), "_kg": (("g", 1e-3)
 
 
 def within_reach(values: NDArray[np.float64], wanted: float) -> bool:
-    """Whether a number lies at most one axis length beyond an axis, or within a factor `FACTOR` of a single value."""
+    """Whether a number is near enough to an axis to stand for a grid value.
+
+    The number may lie beyond an end of the axis by at most the length of the axis. If the axis has one value, the
+    number must lie within a factor `FACTOR` of this value.
+    """
     low, high = float(np.min(values)), float(np.max(values))
     if low < high:
         return bool(inside(wanted, 2.0 * low - high, 2.0 * high - low))

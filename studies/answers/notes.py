@@ -158,7 +158,7 @@ def _hidden_peak(known: Values, phrases: Phrases) -> str:
 
 
 def _whose(known: Values) -> str:
-    """Name the values that may be higher: values in a map, values of ranked designs, or the study's peak."""
+    """Name the values that a hidden peak may exceed: values in a map, values of ranked designs, or the study's peak."""
     if "places" in known:
         values = "value" if known["places"] == 1 else "values"
         return f"the largest {values} of {known['places']:,} of {known['of']:,} points of the map"
@@ -196,7 +196,7 @@ def _spent(known: Values) -> str:
 
 
 def _cost(known: Values) -> str:
-    """State the cost of a search, and the cost of a grid whose steps would give the same answer."""
+    """State the cost of a search, and the cost of a uniform grid with equally small steps."""
     points, fine = known["points"], known["fine_points"]
     if points >= fine:
         return f"{counted(points, 'point')} in all; a grid with these steps has {counted(fine, 'point')}."

@@ -205,7 +205,7 @@ def _described(cube: "xr.Dataset", question: DesignQuestion, found: Found) -> "x
 
 
 def _folded(found: Found) -> Found:
-    """Combine neighbours in the ranking that have no impacts and the same value."""
+    """Combine neighbouring designs of the ranking if they have no impacts, the same class and the same value."""
     idle = (found["response_class"] >= ResponseClass.LINEAR) & (found["impact_share"] == 0)
     value, kind = found["value"], found["response_class"]
     again = np.zeros(value.size, bool)
@@ -219,9 +219,9 @@ def _folded(found: Found) -> Found:
 
 
 def _check_frequencies(cube: "xr.Dataset", question: DesignQuestion, theirs: DesignQuestion) -> None:
-    """Refuse a follow-up judged over another band, or at another number of frequencies.
+    """Refuse a follow-up if its band or its number of frequencies differs from that of the first study.
 
-    A peak is found more precisely at more frequencies, so designs that are judged at fewer frequencies would seem better.
+    With fewer frequencies, more of a peak is missed, so designs judged at fewer frequencies would seem better.
     """
     ours, r = question.frequencies, theirs.frequencies
     if ours.size != r.size or not np.allclose((ours[0], ours[-1]), (r[0], r[-1]), rtol=1e-9, atol=0.0):

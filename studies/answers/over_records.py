@@ -1,4 +1,7 @@
-"""Mean, rms and a quantile of a result over records that are samples of one random motion, with errors."""
+"""Mean, rms and a quantile of a result over records, with errors.
+
+The records are assumed to be samples of one random motion.
+"""
 
 from typing import NamedTuple
 
@@ -72,5 +75,5 @@ def over_records(values: Floats, share: float) -> OverRecords:
 
 
 def enough_records(share: float) -> int:
-    """Return the smallest number of records for which the 95 % interval of the quantile has two ends."""
+    """Return the smallest number of records for which the 95 % interval of the quantile is bounded on both sides."""
     return int(np.ceil(np.log(BEYOND) / np.log(max(share, 1.0 - share))))

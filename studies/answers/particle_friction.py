@@ -120,7 +120,7 @@ _IN_RATIOS = _Obstacle(
 
 
 def _obstacle(cube: "xr.Dataset", ranked: "xr.Dataset", lead: Mapping[str, Any] | None) -> _Obstacle | None:
-    """Return the first condition of `studies_with_friction` that the study or its recommended damper does not meet."""
+    """Return the first reason why friction cannot be added to the recommended damper, or None if there is none."""
     if kind_of(cube.sizes) is SUITE:
         return _Obstacle(
             "study",
@@ -149,7 +149,7 @@ def _obstacle(cube: "xr.Dataset", ranked: "xr.Dataset", lead: Mapping[str, Any] 
 
 
 def _obstacle_of(study: Study) -> _Obstacle | None:
-    """Return the first condition of `studies_with_friction` that the definition of a study does not meet."""
+    """Return the first reason in a study's definition why friction cannot be added, or None if there is none."""
     document = study.document()
     physical = document.get("physical") or {}
     over_amplitudes = kind_of(study.coordinates) is AMPLITUDES
@@ -193,8 +193,9 @@ def study_with_friction(study: Study, question: DesignQuestion, design: Mapping[
     Returns
     -------
     Study or None
-        A study over `COEFFICIENTS` and the judged frequencies. None for a study in ratios, if friction or gravity
-        already acts on the particle, or if friction cannot be combined with the contact or the solver.
+        A study over `COEFFICIENTS` and the judged frequencies. None in these cases: the study is in ratios;
+        friction or gravity already acts on the particle; friction cannot be combined with the contact or the
+        solver.
     """
     if _obstacle_of(study) is not None:
         return None
@@ -239,9 +240,10 @@ def friction_note(
     value: float,
     metric: str | None = None,
 ) -> Note | None:
-    """Return a note with the largest μ_i up to which the value of a damper is at most `WITHIN` times `value`.
+    """Return a note with the largest examined μ_i that a damper tolerates.
 
-    The note also contains the next larger coefficient.
+    Up to this μ_i, the value of the damper is at most `WITHIN` times `value`. The note also contains the next
+    larger coefficient.
 
     Parameters
     ----------
@@ -284,7 +286,7 @@ def with_friction(
 ) -> "xr.Dataset":
     """Add the note of `friction_note` to a ranking.
 
-    If there is no note yet, add the command that finds the largest friction.
+    If the results with friction are not computed yet, name the command that computes them instead.
 
     Parameters
     ----------
@@ -311,9 +313,10 @@ def with_friction(
 
 
 def _told(words: Mapping[str, Any], said: str, notes: list[NoteDocument]) -> dict[str, Any]:
-    """Return the brief of an answer with additions, and also the notes if the answer has notes.
+    """Return the brief and the notes of an answer, both with additions.
 
-    `said` is appended to the row of the acceleration, and `notes` to the notes.
+    `said` is appended to the row of the acceleration in the brief. `notes` are appended to the notes, if the answer
+    has any.
     """
     brief = words["brief"]
     rows = [[*row[:2], f"{row[2]}; {said}"] if row[0] == ACCELERATION else row for row in brief["rows"]]
@@ -336,7 +339,10 @@ def _coefficient(definition: Mapping[str, Any]) -> float | None:
 
 
 def _values(cube: "xr.Dataset", judging: Judging, metric: str | None) -> dict[float, float]:
-    """Return the value of the damper by friction coefficient, for the coefficients with which the damper qualifies."""
+    """Return the value of the damper for each friction coefficient.
+
+    Coefficients with which the damper does not qualify are left out.
+    """
     if kind_of(cube.sizes) is AMPLITUDES:
         ranked = worst_cases(cube, ranking=Ranking(top=1, metric=metric))
         coefficients: Collection[float] = [float(_coefficient(definition_of(cube)) or 0.0)] * ranked.sizes[

@@ -117,7 +117,7 @@ class Phrases:
 
     @classmethod
     def of(cls, cube: "xr.Dataset") -> "Phrases":
-        """Return the phrases for a study: in units, or in ratios if the study is given in ratios alone."""
+        """Return the phrases that write the quantities of a study in units, or as ratios if the study has no units."""
         beside = (*coordinates_in_units(cube), *results_in_units(cube))
         found = {each.source: each for each in (*beside, *in_si(cube))}
         named = found | {each.name: replace(each, source=each.name, factor=1.0) for each in beside}
@@ -125,11 +125,14 @@ class Phrases:
 
     @classmethod
     def of_ratios(cls, cube: "xr.Dataset") -> "Phrases":
-        """Return phrases that state ratios. Quantities that the cube stores in SI units keep their units."""
+        """Return the phrases that write the quantities of a study as ratios.
+
+        Quantities that the cube stores in SI units keep their units.
+        """
         return cls({each.source: each for each in in_si(cube)}, amplitude_called(cube))
 
     def as_named(self, metric: str | None) -> "Phrases":
-        """Return the phrases for a table of a result. If the user named a ratio, all quantities are ratios.
+        """Return the phrases for an answer about one result. If the user named a ratio, all results are ratios.
 
         Parameters
         ----------
@@ -164,7 +167,7 @@ class Phrases:
     def column(self, name: str, quantity: str = "") -> str:
         """Name a column of a table, with the unit in brackets.
 
-        If `name` occurs only in answers, and not in cubes, `quantity` is the corresponding quantity of the cube.
+        For a `name` that no cube contains, `quantity` is the corresponding quantity of the cube.
         """
         quantity = quantity or name
         if not self._has(quantity):
@@ -200,7 +203,7 @@ class Phrases:
         return f"{self.symbol(name)} = {self.pair(name, low, 'to', high, form)}"
 
     def pair(self, name: str, first: float, word: str, second: float, form: str = ".6g") -> str:
-        """Write two values of a quantity, as ``2 to 3.125 Hz``. Each has its unit if the units differ (mm and nm)."""
+        """Write two values of a quantity, as ``2 to 3.125 Hz``, or as ``5 nm to 2 mm`` if their units differ."""
         unit, both = self.unit(name).lstrip(), [self.value(name, each, form) for each in (first, second)]
         if unit and all(each.endswith(unit) for each in both):
             both[0] = both[0].removesuffix(unit).rstrip()

@@ -23,7 +23,7 @@ class QueryFault(UserError, ValueError):
         self.fault = fault
 
     def __reduce__(self) -> tuple[type["QueryFault"], tuple[Fault]]:
-        """Pickle only the fault of the error, so that another process can make the error from the fault."""
+        """Pickle `fault` alone. Another process recreates the exception from it."""
         return type(self), (self.fault,)
 
 
@@ -33,7 +33,7 @@ def refused(field: str, found: str, allowed: str, advice: str, told: str = "") -
 
 
 def check_question(question: object) -> None:
-    """Raise `QueryFault` for the first field of a question whose number or word is not allowed."""
+    """Raise `QueryFault` for the first field of a question that has a number or word that is not allowed."""
     kind: Any = type(question)
     for each in fields_of(kind):
         value, limited = getattr(question, each.name), words_of(each)

@@ -36,7 +36,7 @@ def ranked_designs(
     cube : Dataset
         The study's cube.
     judging, ranking : Judging, Ranking
-        The criteria, and how many designs are ranked with which follow-ups.
+        The criteria, and the further fields of the ranking, such as the follow-ups to include.
     opened : callable
         Function that returns the cubes of the study and of the follow-ups in the ranking.
     motions : callable, optional

@@ -56,11 +56,11 @@ def refine_optimum(
 ) -> Refinement:
     """Make the studies that examine where a better design may lie.
 
-    The grid cells of all studies are examined. The smallest value in a cell is estimated from the values and the slopes
-    at its corners. From a corner to the middle of the cell, the value is assumed to fall with the slope of the
-    neighbouring cell. Differences within the errors count as zero. A cell is divided if it can contain a design that is better
-    by more than the tolerance, or if it touches the best design. For a study in units, the last follow-up computes the
-    optimum with friction of the particle.
+    The grid cells of all studies are examined. The smallest value in a cell is estimated from the values and the
+    slopes at its corners. From a corner to the middle of the cell, the value is assumed to fall as steeply as in
+    the neighbouring cell. Differences within the errors count as zero. A cell is divided if it can contain a design
+    that is better by more than the tolerance, or if it touches the best design. For a study in units, the last
+    follow-up computes the optimum with friction of the particle.
 
     Parameters
     ----------
@@ -69,8 +69,9 @@ def refine_optimum(
     cubes : mapping of Dataset
         The cube of the study first, then the cubes of finished follow-ups, by the ids of the studies.
     search : Search
-        The step to which each parameter is refined, the largest number of points of all follow-ups together, and the
-        share of the best value by which a design must be expected to be better.
+        `tolerance` is the step to which each parameter is refined, and `budget` is the largest number of points of
+        all follow-ups together. `value_tolerance` is a share of the best value. A cell away from the optimum is
+        divided only if it may contain a design that is better by more than this share.
     judging : Judging
         As in `optimal_designs`.
 
@@ -166,7 +167,7 @@ def _with_friction(
 ) -> Refinement:
     """Add the note of `friction_note` to a known optimum.
 
-    If the results with friction are not computed yet, add the study that computes them instead.
+    If the results with friction are not computed yet, request the study that computes them instead.
     """
     note = friction_note((rubbing,), cubes, judging, answer.found["value"])
     if note is None:
@@ -232,7 +233,7 @@ def _grids(
 
 
 def _note_search(promising: int, blurred: bool, steps: Mapping[str, float], search: Search) -> Note:
-    """Return a note that a better design may lie in some cells, or how well the optimum is known."""
+    """Return a note on the search: cells that may contain a better design, or the accuracy of the optimum."""
     better = {"better_by": search.value_tolerance}
     coarse = {name: step for name, step in steps.items() if step > search.tolerance * (1 + ROUNDING)}
     if promising:

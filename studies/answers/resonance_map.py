@@ -215,7 +215,10 @@ def _reduced(
     reduce: str,
     index: Mapping[str, int],
 ) -> "xr.Dataset":
-    """Take the maximum over the second dimension of `along`, if given, and reduce along the first one."""
+    """Reduce the cube along the outer dimension in `along`, after the maximum along the inner dimension.
+
+    `along` contains the outer and the inner dimension. If the inner dimension is None, no maximum is taken.
+    """
     y, x = dims
     over, inner = along
     extent, each = cube.sizes[over], 1 if inner is None else cube.sizes[inner]
@@ -272,7 +275,10 @@ def _where(
     values: np.ndarray,
     reduce: str,
 ) -> "xr.Variable":
-    """Return the coordinate of the extremum along a dimension, or NaN or an empty text where there is no extremum."""
+    """Return the coordinate of the extremum along a dimension.
+
+    Without an extremum, the coordinate is NaN, or an empty text for a dimension of texts.
+    """
     import xarray as xr
 
     found = cube[name].values[place]

@@ -51,7 +51,7 @@ def main_metric(cube: "xr.Dataset") -> str:
 
 
 def check_dimension(cube: "xr.Dataset", field: str, name: str, taken: Iterable[str] = ()) -> None:
-    """Raise `QueryFault` unless `name` is a dimension of the cube that no other argument has `taken`."""
+    """Raise `QueryFault` unless `name` is a dimension of the cube and is not in `taken`."""
     dimensions = dimensions_of(cube)
     allowed = [dimension for dimension in dimensions if dimension not in taken]
     if name not in allowed:
@@ -126,7 +126,10 @@ def _guess(name: str, known: list[str]) -> str:
 
 
 def check_axis(cube: "xr.Dataset", field: str, name: str, taken: Iterable[str] = ()) -> None:
-    """Raise `QueryFault` as `check_dimension` does, or for a dimension of texts, which have no numerical order."""
+    """Raise `QueryFault` unless `name` is a dimension of numbers and is not in `taken`.
+
+    Texts have no numerical order.
+    """
     check_dimension(cube, field, name, taken)
     if cube[name].dtype.kind == "U":
         allowed = [each for each in dimensions_of(cube) if cube[each].dtype.kind == "f" and each not in taken]
@@ -135,7 +138,7 @@ def check_axis(cube: "xr.Dataset", field: str, name: str, taken: Iterable[str] =
 
 
 def check_free(cube: "xr.Dataset", at: At, axes: Iterable[str], answer: str) -> None:
-    """Raise `QueryFault` if a question fixes a dimension of the answer.
+    """Raise `QueryFault` if a question fixes the value of a dimension along which the answer runs.
 
     Parameters
     ----------
@@ -281,7 +284,7 @@ def scalars(cube: "xr.Dataset", index: Mapping[str, int]) -> "dict[str, xr.DataA
 
 
 def read(cube: "xr.Dataset", name: str, index: Mapping[str, Any], dims: tuple[str, ...]) -> np.ndarray:
-    """Read a variable at `index`, with the remaining dimensions in the order of `dims`, which must name all of them."""
+    """Read a variable at `index`. `dims` names all remaining dimensions, in the order of the result."""
     return np.asarray(cube[name].isel(index).transpose(*dims).values)
 
 
@@ -293,7 +296,7 @@ def as_float(values: np.ndarray) -> np.ndarray:
 
 
 def coded(cube: "xr.Dataset", name: str) -> bool:
-    """Whether a variable holds codes, which have no mean and no order."""
+    """Whether a variable holds codes, such as response classes, which have no mean and no order."""
     return "flag_values" in cube[name].attrs
 
 

@@ -227,7 +227,7 @@ def worst_case_designs(
 
 
 def _beside(part: "xr.Dataset", metric: str) -> dict[str, str]:
-    """Return further results to list with a worst case: for each name, the variable that holds the result."""
+    """Return the results that accompany a worst case, as a mapping from their names to variables of the cube."""
     found = {"growth": "growth", "response_class": "response_class"}
     if metric in ("amplitude_ratio", "amplitude_m"):
         found["error"] = metric.replace("amplitude", "amplitude_error").removesuffix("_ratio")
@@ -269,7 +269,7 @@ def _linear_peaks(met: "xr.Dataset", answer: "xr.Dataset") -> LinearPeaks:
 def _linear_under_records(met: "xr.Dataset", answer: "xr.Dataset", motions: Motions) -> LinearPeaks:
     """Compute the worst cases without a damper, and with a tuned mass damper that has the mass of the best damper.
 
-    The tuned mass damper is tuned for a harmonic base. If the suite has several natural frequencies, nothing
+    The tuned mass damper is tuned for a harmonic base motion. If the suite has several natural frequencies, nothing
     is computed, because it is not known for which structure to tune the damper.
     """
     metric, suite = answer.attrs["metric"], definition_of(met)

@@ -203,7 +203,10 @@ def _say_best(best: Mapping[str, float], called: str, named: bool, phrases: Phra
 
 
 def _excitation(cube: "xr.Dataset", asked: Excitation | None) -> Excitation:
-    """Return the excitation of the comparison. If the base is shaken in the study, a force can be requested instead."""
+    """Return the excitation of the comparison.
+
+    A question about a study with base excitation may name a force instead.
+    """
     own = excitation_of(cube)
     if asked is None:
         return own

@@ -24,19 +24,19 @@ if TYPE_CHECKING:
     import xarray as xr
 
 DETUNING = 0.02
-"""Detuning of the tuned mass damper for which an answer suggests a further comparison.
+"""An answer suggests a further comparison with this detuning of the tuned mass damper.
 
-The answer suggests this comparison if its own tuned mass damper is less detuned.
+It makes no such suggestion if its own tuned mass damper is detuned by at least as much.
 """
 
 
 def is_judged(answer: "xr.Dataset") -> bool:
     """Whether it is known which damper has the lower peak over the band.
 
-    One value above the tuned mass damper's peak proves that the study's peak is higher. The study's peak is
-    known to be lower if every frequency has a value, and no response between two frequencies can be as high
-    as the tuned mass damper's peak. Between two frequencies, only a resonance, or a flank where the particle
-    begins to strike, can be as high.
+    One value above the tuned mass damper's peak proves that the study's peak is higher. The study's peak is known
+    to be lower if every frequency has a value, and no response between two frequencies can reach the tuned mass
+    damper's peak. Only a resonance between two frequencies can reach that peak, or a flank where the particle
+    begins to strike.
 
     Parameters
     ----------
@@ -81,7 +81,7 @@ def notes_of(cube: "xr.Dataset", answer: "xr.Dataset") -> list[Note]:
 def brief_of(
     cube: "xr.Dataset", answer: "xr.Dataset", varied: Mapping[str, float], known: list[Note], phrases: Phrases
 ) -> Brief:
-    """Name the damper with the lower peak over the band, or say why it is not known which damper this is.
+    """Name the damper with the lower peak over the band, or say why this damper is not known.
 
     Parameters
     ----------

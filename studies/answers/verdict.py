@@ -61,7 +61,7 @@ def is_clamped(design: Row) -> bool:
 
 
 def _is_held(design: Row) -> bool:
-    """Whether friction holds the structure at some frequencies, and the structure moves little more than its base."""
+    """Whether friction holds the structure at a share `HELD` of the frequencies, and the value is at most `CLAMPED`."""
     return float(design["locked_share"]) >= HELD and float(design["value"]) <= CLAMPED
 
 
@@ -193,10 +193,7 @@ class _Known:
 
     @property
     def lead(self) -> Row:
-        """The recommended design.
-
-        This is the best design. If friction clamps the best design, the best design with impacts replaces it.
-        """
+        """The recommended design: the best design or, if friction clamps that design, the best design with impacts."""
         return self.active if self.active is not None and self.clamped else self.best
 
     @property
@@ -206,7 +203,10 @@ class _Known:
 
     @cached_property
     def alone(self) -> Row | None:
-        """The first design without impacts, if friction alone is at most a tenth worse than the best design with impacts."""
+        """The first design with friction and without impacts that is at most a tenth worse than the best design.
+
+        None if there is no such design, or if the best design has no impacts.
+        """
         if self.lead is not self.best or not self.best["impact_share"] > 0:
             return None
         columns = {str(name): self.ranked[name].values for name in self.best}
@@ -241,7 +241,7 @@ class _Known:
 
     @cached_property
     def linear(self) -> LinearPeaks:
-        """The peaks with a tuned mass damper of the same mass, and without any damper; NaN for another objective."""
+        """The peaks with a tuned mass damper of the same mass, and without any damper; NaN unless peaks are judged."""
         if self.question.objective != "peak":
             return LinearPeaks()
         zeta, mass = float(self.lead["damping_ratio"]), float(self.lead["mass_ratio"])
@@ -274,7 +274,7 @@ class _Known:
 
     @property
     def complete(self) -> float:
-        """Share of the designs that were computed."""
+        """Computed share of the designs."""
         return float(self.ranked.attrs["complete"])
 
     @cached_property
@@ -397,7 +397,7 @@ class _Known:
         return own, f"No particle needed: friction alone does best, {value} at {design}."
 
     def _built(self, phrases: Phrases) -> str:
-        """Name all values that are needed to build the recommended damper, also those that are fixed."""
+        """Name all values that are needed to build the recommended damper, including fixed values."""
         varied = [name for name in self.question.design if self.cube.sizes[name] > 1 and name not in BUILT]
         return ", ".join(phrases.equal(name, self.lead[name], ".3g") for name in (*BUILT, *varied))
 
@@ -539,7 +539,7 @@ def _ends(cube: "xr.Dataset", flat: list[dict[str, Any]], design: Row) -> dict[s
 
 
 def _cut_off(cube: "xr.Dataset", question: DesignQuestion, best: Row) -> int:
-    """Count the responses of a design whose runs ended at the cycle limit, before they reached the tolerance."""
+    """Count the runs of a design that ended at the cycle limit, before they reached the tolerance."""
     place = question.place_of(best, cube)
     status = cube["status"].isel({**place, FREQUENCY: question.axes[FREQUENCY]}).values
     return int((status == Status.MAX_CYCLES).sum())

@@ -27,7 +27,7 @@ def window(
     Parameters
     ----------
     answer : Dataset
-        The answer of `resonance_map`, dimensions (y, x), whose first variable is the metric. In an answer of
+        The answer of `resonance_map`, dimensions (y, x). Its first variable is the metric. In an answer of
         `map_difference`, the difference is used instead of the metric.
     ranges : mapping of (float, float) or None
         Lowest and highest value along each dimension.
@@ -67,7 +67,7 @@ def window(
 
 
 def _extremes(answer: xr.Dataset, index: Mapping[str, NDArray[np.intp]]) -> list[tuple[int, int]]:
-    """Return the positions of the largest and the smallest value of the part, if the values are not codes."""
+    """Return the positions of the largest and the smallest value of the part; empty if the values are codes."""
     metric = answer["difference"] if "difference" in answer else next(iter(answer.data_vars.values()))
     if "flag_values" in metric.attrs or metric.dtype.kind not in "fiu":
         return []
@@ -82,7 +82,7 @@ def _extremes(answer: xr.Dataset, index: Mapping[str, NDArray[np.intp]]) -> list
 def _spread(places: NDArray[np.intp], most: int, wanted: list[int]) -> NDArray[np.intp]:
     """Return evenly spaced positions, both ends included.
 
-    Each position in `wanted` replaces the nearest of the evenly spaced positions, except the ends.
+    Each position in `wanted` replaces the nearest evenly spaced position. The two ends are never replaced.
     """
     kept = np.round(np.linspace(0, places.size - 1, max(FEWEST, most))).astype(np.intp)
     fixed = {0, kept.size - 1}

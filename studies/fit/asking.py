@@ -211,7 +211,7 @@ def not_free(name: str, free: Sequence[str], of: str = "") -> Fault:
 
 
 def of_particle(names: Iterable[str]) -> Iterator[Fault]:
-    """Yield a fault for each particle parameter to estimate, in a definition without a particle."""
+    """For a definition without a particle, yield a fault for each parameter in `names` that needs a particle."""
     for name in names:
         if RATIO_OF.get(name, name) in (*OF_PARTICLE, *BEFORE):
             told = f"{name} cannot be estimated in a scene without a particle."

@@ -104,12 +104,12 @@ class Estimate:
 
     @property
     def _near_end(self) -> float:
-        """Largest distance from an end of the range that counts as reaching it, as a fraction of the range."""
+        """Largest distance at which an interval still reaches an end of the range, as a fraction of the range."""
         return min(AT_END, NEAR_END * (self.share_high - self.share_low))
 
     @property
     def digits(self) -> int:
-        """Number of significant digits, at least 4, that shows half the width of the interval with 2 digits."""
+        """Number of significant digits to write, 4 or more: enough for 2 digits of the interval's half-width."""
         half = 0.5 * (self.high - self.low)
         largest = max(abs(self.low), abs(self.high))
         if not 0.0 < half < largest:
@@ -159,7 +159,7 @@ class Outcome:
 
     @property
     def chosen(self) -> str:
-        """What `study` contains that was neither given nor measured, as a sentence; empty if there is nothing."""
+        """Sentence about the values in `study` that were neither given nor measured; empty if there are none."""
         return ""
 
     @property
@@ -220,7 +220,7 @@ class Fitted(Outcome):
 
     @property
     def probability(self) -> float | None:
-        """p-value of the chi-square test; None without stated deviations or degrees of freedom."""
+        """p-value of the chi-square test; None if no deviations are stated, or if no degree of freedom is left."""
         if self.question.deviation is None or self.freedom < 1:
             return None
         from scipy.special import chdtrc
@@ -236,7 +236,7 @@ class Fitted(Outcome):
 
     @property
     def irregular(self) -> int:
-        """Number of rows whose response does not repeat, so that the model has a statistical error."""
+        """Number of rows whose response does not repeat. For these rows, the model has a statistical error."""
         return int(np.isin(self.response_class, IRREGULAR).sum())
 
     @property

@@ -72,7 +72,10 @@ def check_lines(lines: Lines, columns: int) -> None:
 def columns_of(
     lines: Lines, names: Sequence[str], read: Callable[[str, str], float | Fault], faults: list[Fault]
 ) -> dict[str, NDArray[np.float64]]:
-    """Read the numbers of a table by column. Raise StudyFaults with `faults` and new faults, if there are any."""
+    """Read the numbers of a table by column.
+
+    Append new faults to `faults`, and raise StudyFaults unless `faults` is empty.
+    """
     rows: list[list[float]] = []
     for number, line in lines.rows:
         cells = lines.cells(line)

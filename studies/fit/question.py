@@ -66,7 +66,7 @@ class Free:
 
 
 class Sought:
-    """Methods of every definition of a fit, which has known values and parameters to estimate."""
+    """Base class of the definitions of a fit, with known values and parameters to estimate."""
 
     known: Mapping[str, float]
     free: tuple[Free, ...]
@@ -76,7 +76,7 @@ class Sought:
         return {each.name: float(each.values(share)) for each, share in zip(self.free, shares, strict=True)}
 
     def given(self, *found: Mapping[str, float]) -> dict[str, float]:
-        """Combine values. Later mappings take precedence over earlier ones, and all of them over known values."""
+        """Return the known values, overridden by each mapping of `found` in turn."""
         given = dict(self.known)
         for more in found:
             for name, value in more.items():
@@ -177,7 +177,7 @@ class FitQuestion(Sought):
 
 
 def drop(numbers: dict[str, Any], name: str) -> None:
-    """Remove `name`, the ratio that `name` determines, and all other quantities that determine this ratio."""
+    """Remove every form of the quantity `name`: the ratio, and all quantities that determine this ratio."""
     ratio = RATIO_OF.get(name, name)
     for other in [other for other in numbers if RATIO_OF.get(other, other) == ratio]:
         del numbers[other]

@@ -1,4 +1,4 @@
-"""Short comparison of dampers under one record, which names the best damper and states how certain the choice is."""
+"""Short comparison of dampers under one record: the best damper, and how certain this choice is."""
 
 from collections.abc import Mapping
 from typing import Any

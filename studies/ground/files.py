@@ -144,7 +144,7 @@ def _cut(lines: Sequence[str], begin: int) -> tuple[list[Line], list[Row], list[
     """Separate a file into the lines above the samples, the samples, and remarks.
 
     `begin` is the number of the line that announces the samples, or 0 if no line announces them. Remarks are
-    comments among and below the samples, and any further words in the line that announces the samples.
+    comments below the first sample, and further words in the line that announces the samples.
     """
     head: list[Line] = []
     rows: list[Row] = []

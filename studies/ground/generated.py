@@ -77,7 +77,7 @@ def same_process(recipe: str, other: str) -> bool:
 def each_of(entry: object) -> tuple[list[object], list[Fault]]:
     """Expand an entry of a list into one entry for each seed.
 
-    `seeds` is the number of entries, whose seeds count up from `seed`.
+    `seeds` is the number of entries. Their seeds are `seed`, `seed` + 1, and so on.
 
     Returns
     -------

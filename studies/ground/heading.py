@@ -83,7 +83,7 @@ _FORMATS = (
     ),
     ("SMC", r"^\s*\d\s+\w+\s+ACCELEROGRAM", "the values follow the comment lines, in cm/s²"),
 )
-"""Formats of other institutions: name, pattern of an early line, and advice on how to find the acceleration."""
+"""Formats that are not supported: name, pattern of an early line, and advice on how to find the acceleration."""
 
 
 def read_heading(
@@ -277,7 +277,7 @@ def _no_record(what: str, number: int, shown: str) -> StudyFaults:
 
 
 def check_format(lines: Sequence[str]) -> None:
-    """Refuse a file in the format of another institution, and explain how to convert the file into columns."""
+    """Refuse a file in a known format that is not supported, and explain how to convert the file into columns."""
     for name, begins, how in _FORMATS:
         if any(re.search(begins, line) for line in lines[:_HEADER_LINES]):
             told = f"This file has the format of {name}, which is not supported."

@@ -123,7 +123,7 @@ class GroundMotion:
 
 
 def checked(motion: GroundMotion, place: str = "record") -> GroundMotion:
-    """Return the motion if it can be used in a computation.
+    """Check that a motion can be used in a computation, and return the motion.
 
     Raises
     ------

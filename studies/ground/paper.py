@@ -1,4 +1,4 @@
-"""The paper's results for an earthquake in Table A1, and the quantities for computing them again."""
+"""The paper's results for an earthquake (Table A1), and the quantities needed to reproduce them."""
 
 import math
 

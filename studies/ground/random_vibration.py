@@ -153,7 +153,7 @@ class RandomVibration:
         return f"random vibration from {low:.6g} to {high:.6g} Hz, seed {self.seed}"
 
     def words_at(self, scale: float) -> str:
-        """Return a phrase that describes the base motion after multiplication by a factor."""
+        """Return a phrase for the base motion multiplied by `scale`."""
         return f"under random vibration {self._told(scale)}"
 
     def _told(self, scale: float) -> str:

@@ -1,4 +1,4 @@
-"""Functions for all generated records, which read numbers from a document and compute the envelope of a motion."""
+"""Functions that all generated records share: read numbers from a document, and compute the envelope of a motion."""
 
 from collections.abc import Mapping
 from functools import partial

@@ -88,7 +88,7 @@ class Shock:
         return self._told(1.0)
 
     def words_at(self, scale: float) -> str:
-        """Return a phrase that describes the base motion after multiplication by a factor."""
+        """Return a phrase for the base motion multiplied by `scale`."""
         return f"under a {self._told(scale)}"
 
     def _told(self, scale: float) -> str:

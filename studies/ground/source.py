@@ -44,7 +44,7 @@ class RecordSource:
 
     @property
     def key(self) -> str:
-        """Name of the file with the samples in a cube."""
+        """Name of the file in a cube that holds the samples."""
         return f"records/{self.id}.f8"
 
     @property

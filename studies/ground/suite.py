@@ -72,7 +72,7 @@ class Suite:
 
     @property
     def identities(self) -> dict[str, NDArray[Any]]:
-        """The coordinates, in which the id of each record is followed by the hash of its samples."""
+        """The coordinates. Each record id is followed by the hash of the record's samples."""
         told = np.array([f"{record.id} {record.sha256}" for record in self.records])
         return self.coordinates | {RECORD: told}
 
@@ -93,7 +93,7 @@ class Suite:
 
     @property
     def points(self) -> int:
-        """Number of points, which combine every record with every combination of values of `AXES`."""
+        """Number of points: one for every combination of a record and values along `AXES`."""
         return math.prod(self.shape)
 
     @property
@@ -118,7 +118,7 @@ class Suite:
         return content.hexdigest()
 
     def settings(self) -> dict[str, Any]:
-        """Return the settings on which the results at a point depend, in addition to the coordinates."""
+        """Return the settings that, together with the coordinates, determine the results at a point."""
         settings = {"contact": self.contact.model_dump(mode="json"), "starts": self.starts, **self.numbers}
         if self.starts:
             return settings | {"seed": self.seed}

@@ -203,7 +203,7 @@ class Sweep:
         return self.words_at(1.0)
 
     def words_at(self, scale: float) -> str:
-        """Return a phrase that describes the base motion after multiplication by a factor."""
+        """Return a phrase for the base motion multiplied by `scale`."""
         constant, unit = SPELLED[self.order]
         value = scale * self.amplitude
         level = f"{value:.4g} {unit}"

@@ -152,9 +152,9 @@ class Case:
 
 @dataclass(frozen=True)
 class RecordCases:
-    """Records with their scales: one excitation of a specification.
+    """One excitation of a specification that consists of records, each at several scales.
 
-    The result is that of the worst combination of record and scale.
+    The worst combination of record and scale determines the result.
 
     Parameters
     ----------
@@ -178,7 +178,7 @@ class RecordCases:
 
     @property
     def cases(self) -> tuple[Case, ...]:
-        """Every record at every scale."""
+        """The cases of the excitation: every combination of a record and a scale."""
         return tuple(Case(source, scale) for source in self.sources for scale in self.scales)
 
     @property

@@ -47,7 +47,7 @@ class LimitFields(ToleranceFields):
     """Reads limits."""
 
     def _limit_values(self) -> dict[str, float]:
-        """Return the numbers in `limits` by key. `_limits` makes the checks that need other fields."""
+        """Return the numbers in `limits` by key. `_limits` compares the numbers with other fields."""
         known = LIMIT_QUANTITIES | RATIO_QUANTITIES
         raw = self._mapping("limits", tuple(known), self.document.get("limits", {})) or {}
         found: dict[str, float] = {}
@@ -106,7 +106,7 @@ class LimitFields(ToleranceFields):
         tolerances: dict[str, Tolerance],
         units: Mapping[str, float],
     ) -> dict[str, str]:
-        """Restrict the damper to values that stay within the limits on the damper, including tolerances.
+        """Restrict the damper to values that, including their tolerances, stay within the limits on the damper.
 
         Parameters
         ----------

@@ -40,12 +40,12 @@ class Measure:
 
     @property
     def of_displacement(self) -> bool:
-        """Whether the measure is the displacement amplitude of the structure, which is known for every response."""
+        """Whether the measure is the displacement amplitude of the structure. Every response has this result."""
         return self.variable == "amplitude_ratio"
 
     @property
     def kind(self) -> str:
-        """Words that a sentence adds to the measure if the sentence also names a displacement."""
+        """Words that distinguish the measure from a plain displacement, such as " rms"; empty if none are needed."""
         if self.words.endswith("against its base"):
             return " against the base"
         return " rms" if self.factor < 1.0 else ""
@@ -182,7 +182,9 @@ ROUNDING = 1e-9
 
 @dataclass(frozen=True)
 class DamperLimit:
-    """A limited property of the damper as built, including tolerances.
+    """A property of the damper on which a specification may set a limit.
+
+    The limit applies to the damper as built, including tolerances.
 
     Parameters
     ----------

@@ -65,7 +65,7 @@ REFUSED_UNDER_RECORDS = {
 
 
 def read_specification(path_or_name: str, shelf: Shelf | None = None) -> Specification:
-    """Read a specification from a ``.json``, ``.yaml`` or ``.yml`` file, or a specification of the package by name.
+    """Read a specification from a ``.json``, ``.yaml`` or ``.yml`` file, or by its name in the package.
 
     Parameters
     ----------

@@ -48,7 +48,7 @@ class RecordFields(Fields):
 
     @property
     def _by_records(self) -> list[tuple[str, Mapping[str, Any]]]:
-        """The excitations by stored or generated records, each with its path in the document."""
+        """The excitations that consist of stored or generated records, each with its path in the document."""
         return [
             (place, each)
             for place, each in self._shakers
@@ -101,7 +101,10 @@ class RecordFields(Fields):
     def _group(
         self, place: str, given: Mapping[str, Any], structure: Structure | None, named: set[str]
     ) -> RecordCases | None:
-        """Read the records of one excitation. `named` contains the ids read so far, to which new ids are added."""
+        """Read the records of one excitation.
+
+        `named` contains the ids read so far; the ids of these records are added.
+        """
         before = len(self.faults)
         raw = self._mapping(place, RECORD_KEYS if place == "excitation" else ("name", *RECORD_KEYS), given)
         assert raw is not None  # `given` is a mapping
@@ -171,7 +174,7 @@ class RecordFields(Fields):
 
 
 def _held(group: RecordCases, given: object) -> dict[str, Any]:
-    """Return an excitation by records in the stored form of a specification."""
+    """Return an excitation that consists of records, in the form in which a specification stores it."""
     assert isinstance(given, Mapping)  # an excitation by records is a mapping
     name = {key: given[key] for key in ("name",) if key in given}
     # the parameters of a sweep define the samples; documents of other records contain a hash of the samples

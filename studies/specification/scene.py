@@ -230,7 +230,10 @@ class SceneFields(RecordFields):
         return Excitation(level[0] / factor, level[1] / factor, low, high, motion)
 
     def _require_frequency(self, why: str, instead: str) -> None:
-        """Record a fault if the structure has no natural frequency. The advice is to give `instead`."""
+        """Record a fault if the structure has no natural frequency.
+
+        The fault advises to add the natural frequency, or to give the field `instead`.
+        """
         if not self._has("structure", "natural_frequency_hz", "stiffness_n_per_m"):
             advice, told = f"add it, or give `{instead}`", f"{{field}} is missing: {why}."
             field = "structure.natural_frequency_hz"

@@ -97,7 +97,9 @@ class Structure:
 
 
 def ratio_unit(limit: str, amplitude_m: float, structure: Structure) -> float:
-    """Return the reference quantity of a limit that is given as a ratio, in the unit of the limit.
+    """Return the reference quantity of a limit, in the unit of the limit.
+
+    A limit given as a ratio is a multiple of this quantity.
 
     Parameters
     ----------
@@ -150,7 +152,7 @@ class Choice:
 
     @property
     def logarithmic(self) -> bool:
-        """Whether the range is divided logarithmically: it must exclude 0 and span two octaves or more."""
+        """Whether the range is divided logarithmically. Such a range excludes 0 and spans two octaves or more."""
         return not self.values and self.start > 0 and self.stop >= 4 * self.start
 
     def at(self, share: float) -> float:
@@ -212,7 +214,7 @@ class Tolerance:
     def most(self, limit: float) -> float:
         """Return the largest value that, with its tolerance, stays within a limit.
 
-        The result is 0 or negative if no positive value does.
+        The result is 0 or negative if no positive value stays within the limit.
         """
         return limit / (1.0 + self.size) if self.relative else limit - self.size
 
@@ -301,7 +303,7 @@ class Specification:
 
     @property
     def cases(self) -> tuple[Case, ...]:
-        """Every record at every scale; empty without records."""
+        """The cases of all excitations that consist of records: every combination of a record and a scale."""
         return tuple(case for records in self.records for case in records.cases)
 
     def records_of(self, case: Case) -> RecordCases:
@@ -309,7 +311,7 @@ class Specification:
         return next(each for each in self.records if case.source in each.sources)
 
     def measured(self, under: Under) -> Measure:
-        """Return the measure for the results under an amplitude, or under a record."""
+        """Return the measure that applies under a condition: an amplitude over a band, or a record at a scale."""
         return (RECORD_MEASURES if isinstance(under, Case) else MEASURES)[self.measure.name]
 
     def limit_key(self, limit: str) -> str:
@@ -320,11 +322,14 @@ class Specification:
         return limit if self.in_units else (LIMITS[limit] if limit in LIMITS else DAMPER_LIMITS[limit]).ratio
 
     def as_limited(self, limit: str, value: float) -> float:
-        """Convert a value to the form of a limit in the document: in the unit of the limit, or as a ratio."""
+        """Convert a value to the form in which the document states the limit: in units, or as a ratio."""
         return value if self.in_units else value / ratio_unit(limit, self.largest_m, self.structure)
 
     def limited(self, limit: str, under: Under) -> tuple[str, ...]:
-        """Return the variables whose product is limited under an excitation; empty if none is limited."""
+        """Return the variables whose product must stay within a limit.
+
+        Empty if the limit does not apply under this condition.
+        """
         about = LIMITS[limit]
         if isinstance(under, Case):
             return (about.under_record,) if about.under_record else ()
@@ -347,7 +352,7 @@ class Specification:
 
     @property
     def largest_m(self) -> float:
-        """Reference length of ratios: the largest base amplitude at the nominal ω_n, or static displacement."""
+        """Reference length of ratios: the largest base amplitude at the nominal ω_n, or the largest static displacement."""
         return max(each.highest_m for each in self.excitations)
 
     def level(self, amplitude: Amplitude) -> float:

@@ -30,7 +30,7 @@ class ToleranceFields(DamperFields):
     """Reads tolerances."""
 
     def _tolerance_values(self) -> dict[str, Tolerance]:
-        """Return the tolerances by key, one for each quantity. Checks that need other fields are in `_tolerances`."""
+        """Return the tolerances by key, one for each quantity. `_tolerances` compares them with other fields."""
         ratios = [ratio for ratio in RATIO_OF.values() if ratio not in CHOSEN]
         known = (*OF_DAMPER, *ratios, *OF_STRUCTURE)
         raw = self._mapping("tolerances", known, self.document.get("tolerances", {})) or {}

@@ -23,11 +23,11 @@ class Absorber:
 
     @property
     def damping_over_structure(self) -> float:
-        """Damping ratio ζ′ = c/(2 m ω_n) = ζγ, with the structure's natural frequency, as in Table 4."""
+        """Damping ratio relative to the structure's natural frequency, ζ′ = c/(2 m ω_n) = ζγ, as in Table 4."""
         return self.damping_ratio * self.tuning
 
     def detuned(self, frequency: float = 0.0, damping: float = 0.0) -> "Absorber":
-        """Return the absorber with γ and ζ multiplied by 1 + `frequency` and 1 + `damping`."""
+        """Return the absorber with γ multiplied by 1 + `frequency`, and ζ multiplied by 1 + `damping`."""
         return replace(
             self, tuning=self.tuning * (1 + frequency), damping_ratio=self.damping_ratio * (1 + damping)
         )

@@ -1,4 +1,4 @@
-"""The absorber with the smallest peak on a damped structure, for which no closed form exists.
+"""Numerical search for the absorber with the smallest peak on a damped structure. No closed form exists.
 
 The search has two stages. A simplex method starts from the best point of a grid. Powell's hybrid method then refines
 the result if the absorber has two peaks of equal height. Both methods scale the tuning by the width of the resonance,
@@ -118,7 +118,7 @@ def _unlevel(x: Floats, problem: _Problem) -> Floats:
 
 
 def _slopes(problem: _Problem, heights: Heights, from_one: float) -> tuple[float, float]:
-    """Return the derivatives of log |H| with respect to p and q at a peak, whose position is λ² − 1 = `from_one`.
+    """Return the derivatives of log |H| with respect to p and q, at the peak with λ² − 1 = `from_one`.
 
     The peak is stationary, so the derivatives are taken at a fixed position.
     The dynamic stiffness is K = 1 + 2iζ_sλ − λ² − μλ² L/(L − λ²), L = γ² + 2iζγλ, and |H| = |a/K|, so

@@ -66,7 +66,7 @@ class Heights:
         return np.asarray(np.clip(near, NARROWEST, 1.0))
 
     def highest(self) -> Floats:
-        """Return the largest |H| of each absorber, (n,), which is at least 1, the value at λ = 0."""
+        """Return the largest |H| of each absorber, (n,). It is at least 1, the value at λ = 0."""
         return np.asarray(self.candidates()[1].max(axis=1, initial=1.0))
 
     def _around(self, centre: float, width: Floats) -> tuple[Floats, Floats]:
@@ -156,8 +156,9 @@ def _derived(a: Floats) -> Floats:
 def _polynomial_roots(rows: Floats) -> NDArray[np.complex128]:
     """Return the roots of polynomials, row by row, as eigenvalues of companion matrices.
 
-    Rows of polynomials of lower degree end with NaN. A leading coefficient below the rounding error of the largest
-    coefficient is left out, because it gives a spurious root that makes the other roots inaccurate.
+    If a polynomial has a lower degree, its row of roots ends with NaN. A leading coefficient below the rounding
+    error of the largest coefficient is left out, because it gives a spurious root that makes the other roots
+    inaccurate.
     """
     size = np.abs(rows)
     counts = size > ROUNDING * size.max(axis=1, keepdims=True)

@@ -161,7 +161,8 @@ def exact_curves(
 ) -> dict[str, list[float]]:
     """Return the amplitude ratio with a tuned mass damper and without a damper over a band.
 
-    Intervals are divided until lines on a logarithmic amplitude scale follow both curves to within `BEND`.
+    Intervals are divided until straight lines between the points follow both curves to within `BEND`. The amplitude
+    scale of these lines is logarithmic.
 
     Parameters
     ----------

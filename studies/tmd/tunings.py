@@ -10,8 +10,8 @@ from damperlab.studies.vocabulary import Criterion, Excitation
 def den_hartog(mass_ratio: float) -> Absorber:
     """Return Den Hartog's optimum, (14) and (15): equal heights at the fixed points of an undamped structure.
 
-    The damping ratio of the absorber alone is ζ = √(3μ/(8(1+μ))). With the natural frequency of the structure, the
-    damping ratio is √(3μ/(8(1+μ)³)), which for μ = 0.1 is the 0.1679 of the paper's Table 4.
+    The damping ratio of the absorber alone is ζ = √(3μ/(8(1+μ))). Relative to the structure's natural frequency,
+    the damping ratio is √(3μ/(8(1+μ)³)). For μ = 0.1, this is the 0.1679 of the paper's Table 4.
     """
     return Absorber(mass_ratio, 1 / (1 + mass_ratio), math.sqrt(3 * mass_ratio / (8 * (1 + mass_ratio))))
 

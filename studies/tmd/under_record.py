@@ -65,7 +65,7 @@ class LinearResponse:
 
     @property
     def duration(self) -> float:
-        """Duration of the record and the tail [1/ω_n]."""
+        """Duration of the record and of the free vibration after it [1/ω_n]."""
         return self.window * (len(self.states) - 1)
 
     def measure(self, name: str) -> float:

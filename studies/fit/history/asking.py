@@ -38,7 +38,7 @@ from damperlab.studies.variables import MADE_BY
 SWING, LEAST_SWINGS = 0.2, 4
 """A free decay gives default ranges if at least `LEAST_SWINGS` half cycles exceed `SWING` of the largest amplitude."""
 SLOWER, FASTER = 0.9, 1.25
-"""Bounds of the natural frequency, as multiples of the frequency of a decay, which a particle lowers."""
+"""Bounds of the natural frequency, as multiples of the frequency of a decay. A particle lowers this frequency."""
 MOST_FRICTION = 1.5
 """Largest friction in the search, as a multiple of the friction that alone would explain the median decay."""
 IN_UNITS = ("friction_force_n", "damping_n_s_per_m", "particle_mass_kg")

@@ -47,7 +47,7 @@ class FittedHistory(Outcome):
 
     @property
     def chosen(self) -> str:
-        """What `study` contains that was neither given nor measured, as a sentence."""
+        """Sentence about the base amplitude in `study`, which was neither given nor measured."""
         amplitude = spelled(self.study()["physical"]["base_amplitude_m"], "m", 3)
         return (
             f"`base_amplitude_m` ({amplitude}) was not given: with it the prototype moves about as much as in the "
@@ -129,11 +129,11 @@ def check_study(question: HistoryQuestion) -> None:
 def base_amplitude_m(measured: History, given: Mapping[str, float]) -> float:
     """Return a base amplitude under which the prototype moves about as much as in the measurement.
 
-    If the base moved, the result is the amplitude of a sine at the natural frequency with the base's largest
-    acceleration. After a release at X, the result is the base amplitude under which the structure vibrates with the
-    amplitude X at resonance, if the particle has no effect. At resonance, the base leads the structure by a
-    quarter of a cycle, and supplies the energy πkZX per cycle. Damping dissipates 2πζkX² and friction 4FX, so
-    Z = 2ζX + 4F/(πk).
+    If the base moved, the result is the amplitude of a sine motion at the natural frequency. The sine and the
+    measured base motion have the same largest acceleration. After a release at X, the result is the base amplitude
+    under which the structure vibrates with the amplitude X at resonance, if the particle has no effect. At
+    resonance, the base leads the structure by a quarter of a cycle, and supplies the energy πkZX per cycle. Damping
+    dissipates 2πζkX² and friction 4FX, so Z = 2ζX + 4F/(πk).
 
     Parameters
     ----------

@@ -148,7 +148,7 @@ def _step(time: np.ndarray, resolution: float, numbers: list[int], faults: list[
 def _released(moved: np.ndarray) -> int | None:
     """Return the row of the release, or None if the structure oscillates before the largest displacement.
 
-    A constant before the release and a cosine after the release fit the samples best.
+    The release is the row for which a constant before it and a cosine after it fit the samples best.
     """
     share = moved / np.abs(moved).max()
     first = int(np.argmax(np.abs(share) >= HELD))
