@@ -75,8 +75,8 @@ class Transport:
     def ask(self, method: str, path: str, **how: Any) -> Any:
         """Send a request and return the answer, read from JSON; None if the answer is empty.
 
-        Every request can safely be sent twice. Studies and follow-ups are identified by their content, a
-        simulation changes nothing, and stopping or deleting a study twice has the same effect as once.
+        Every request can safely be sent twice. Studies and follow-ups are identified by their content. A simulation
+        changes nothing. A second request to stop or delete a study has no further effect.
 
         Parameters
         ----------
