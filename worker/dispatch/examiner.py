@@ -58,7 +58,7 @@ class Examiner:
                 self._asked[key] = self._tasks.send(key, worker.address, self._examination), worker.address
 
     def gather(self, look: Callable[[], None], look_on: Callable[[], bool]) -> dict[str, Answer] | None:
-        """Test all present workers and return their answers by address. The caller accepts or rejects each.
+        """Test all present workers and return their answers by address. The caller accepts or rejects each worker.
 
         The function waits for all present workers, but for at most `LATE_SECONDS` after the first answer.
         Meanwhile it calls `look`, which must update the list of present workers and call `ask`. As soon as

@@ -145,7 +145,7 @@ def _kept(trials: Trials, places: list[Place], rows: int, most: int) -> list[Pla
 
 
 def _drawn(trials: Trials, spreads: list[Spread], rows: int) -> list[Place]:
-    """Draw parameter sets within the uncertainty of the given beginnings."""
+    """Draw parameter sets from the last `LOOKED_BACK` of the given uncertainties."""
     generator = np.random.default_rng([trials.question.seed, rows])
     of = spreads[-LOOKED_BACK:]
     draws = np.concatenate([each.draw(DRAWN // len(of), generator) for each in of])

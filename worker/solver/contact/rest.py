@@ -30,7 +30,7 @@ def slip_from_rest(
     v : float
         Displacement of the mass relative to the base.
     wall_force : float
-        Force of a compliant wall on the mass, positive against u; 0 without such a wall.
+        Force of a compliant wall on the mass, positive towards −u; 0 without such a wall.
     inertia : float
         Inertia of the bodies that move with the mass.
     must_slip : bool
@@ -68,7 +68,7 @@ def acceleration_alone(v: float, w: float, slip: float, phase: Phase, scene: Sce
 def meet(state: State, wall: float, phase: Phase, scene: Scene, meter: Meter | None) -> tuple[float, bool]:
     """Return the approach speed at a rigid wall, and whether the contact is an impact. Impacts are counted.
 
-    A touch of the wall that the particle has just left is no impact.
+    If the particle touches the wall that it has just left, the contact does not count as an impact.
     """
     u_rate = state.w + phase.rate
     approach = max(wall * (u_rate - state.p_rate), 0.0)
