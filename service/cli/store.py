@@ -121,7 +121,7 @@ def note_namesakes(store: "Store", record: "Record") -> None:
 
 
 def _namesakes(store: "Store", record: "Record") -> str:
-    """Return the beginning of a sentence on the studies with the same name; empty if there are none."""
+    """Begin a sentence with the number of other studies that have the same name. Return "" if there are none."""
     others = store.namesakes(record)
     if others == 0:
         return ""

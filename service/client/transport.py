@@ -150,7 +150,10 @@ class Transport:
             yield response
 
     def attempts(self) -> Iterable[Any]:
-        """Return attempts at a request, with pauses between them, as long as repeating may help."""
+        """Return an iterator over attempts at a request, with pauses between them.
+
+        It ends when repeating cannot help.
+        """
         seconds = PATIENCE_SECONDS if self._met else FIRST_SECONDS
         give_up = time.monotonic() + seconds
 

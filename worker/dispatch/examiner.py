@@ -162,6 +162,6 @@ class Examiner:
 
 
 def _commonest(identities: Mapping[str, str]) -> str:
-    """Return the most frequent identity; if there is a tie, that of the worker whose address sorts first."""
+    """Return the most frequent identity. In a tie, the identity of the worker whose address sorts first is returned."""
     values = [identities[address] for address in sorted(identities)]
     return max(values, key=values.count)

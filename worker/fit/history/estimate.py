@@ -83,7 +83,10 @@ def fit_history(question: HistoryQuestion, progress: Progress | None = None) -> 
 
 
 def _settled(trials: Trials, held: Beginning, before: list[Spread]) -> Beginning | None:
-    """Search around the best parameter set until no better set is found, because impacts create many minima."""
+    """Search around the best parameter set until no better set is found.
+
+    A better set may exist nearby, because impacts create many minima.
+    """
     tried: list[Place] = []
     for _ in range(ROUNDS):
         more = _drawn(trials, [*before, held.spread], held.rows)

@@ -47,7 +47,7 @@ def slip_from_rest(
 
 @inlined
 def slip_at(w: float, slip: float, scene: Scene) -> float:
-    """Direction of slip at a velocity w: the sign of w, but `slip` at w = 0 or without friction."""
+    """Direction of slip at a velocity w: the sign of w. At w = 0, or without friction, the direction is `slip`."""
     if scene.friction is not None:
         if w != 0.0:
             return 1.0 if w > 0.0 else -1.0
