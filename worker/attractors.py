@@ -94,7 +94,7 @@ class Attractors:
 
 
 def find_attractors(design: Design, starts: int, seed: int, settings: Settings) -> Attractors:
-    """Find the steady responses of one design point from rest, from drawn states, and from states near rest.
+    """Find the steady responses of one design point from rest, from random states, and from states near rest.
 
     Parameters
     ----------

@@ -63,7 +63,7 @@ def source_hash() -> str:
 
 @cache
 def identity() -> dict[str, str]:
-    """Return all values that determine the bits of a kernel. Only kernels with an equal identity are loaded.
+    """Return all values that determine the bits of a kernel. A stored kernel is loaded only if its values are equal.
 
     Returns
     -------
@@ -86,8 +86,9 @@ def identity() -> dict[str, str]:
 
 @cache
 def folder_name() -> str:
-    """Return the name of the folder for kernels of this identity: the hash of the sources, and a hash of all other
-    entries.
+    """Return the name of the folder for kernels of this identity.
+
+    The name contains the hash of the sources, and a hash of the other values of `identity`.
     """
     rest = sorted(pair for pair in identity().items() if pair[0] != "sources")
     return f"kernels-{source_hash()}-{hashlib.sha256(repr(rest).encode()).hexdigest()[:8]}"

@@ -83,9 +83,11 @@ def is_full(error: OSError) -> bool:
 
 
 def unusable_data(error: OSError, action: str) -> Interrupted:
-    """Return the error for a run whose data cannot be read or written: an `Outage` if the cause may pass.
+    """Return the error for a run whose data cannot be read or written.
 
-    The participle `action` says what is not possible: "read" or "written".
+    If the cause may be temporary, the error is an `Outage`.
+
+    `action` is "read" or "written", whichever is not possible.
     """
     kind = Outage if isinstance(error, ShelfAway) or is_full(error) else Interrupted
     return kind(f"the study's data cannot be {action} ({type(error).__name__}: {error})")

@@ -166,7 +166,10 @@ def _has_friction(particle: Particle | None) -> bool:
 
 
 def is_followed(design: Design, history: int, followed: bool) -> bool:
-    """Whether to integrate the steady response for display: on request, or for a history or a particle without mass."""
+    """Whether to integrate the steady response for display.
+
+    This is done on request, for a time history, and for a particle without mass.
+    """
     massless = design.particle is not None and not design.particle.mass_ratio > 0.0
     return followed or history > 0 or massless
 

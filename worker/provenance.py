@@ -191,7 +191,9 @@ def require_identity(expected: str) -> None:
 
 
 def other_bits(facts: Mapping[str, str], expected: str) -> str:
-    """Return the predicate of the sentence on a worker that does not have the identity `expected` of a study.
+    """Say why a worker cannot compute for a study with the identity `expected`.
+
+    The text continues a sentence whose subject is the worker.
 
     `facts` is the result of `computing` at the worker.
     """

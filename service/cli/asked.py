@@ -1,7 +1,8 @@
 """Options that are made from the dataclasses in `damperlab.studies.questions`.
 
-`asks` replaces each parameter of a command whose type is such a dataclass by one option for each field. All commands take
-the values of a design in the same way: ``--at clearance_ratio=3``, or ``--clearance-ratio 3`` for short.
+If the type of a command's parameter is such a dataclass, `asks` replaces the parameter by one option for each field.
+All commands take the values of a design in the same way: ``--at clearance_ratio=3``, or ``--clearance-ratio 3`` for
+short.
 """
 
 import inspect
@@ -160,7 +161,7 @@ def _has_argument(parameters: list[inspect.Parameter]) -> bool:
 
 
 def with_parameters(command: Any, parameters: list[inspect.Parameter]) -> Command:
-    """Set the signature of a command, from which typer reads the parameters."""
+    """Set the signature of a command. typer reads the parameters from the signature."""
     command.__signature__ = inspect.Signature(parameters)
     command.__annotations__ = {each.name: each.annotation for each in parameters}
     del command.__wrapped__  # the wrapped command has other parameters
@@ -168,7 +169,7 @@ def with_parameters(command: Any, parameters: list[inspect.Parameter]) -> Comman
 
 
 def sentence(text: str) -> str:
-    """Convert a text into a sentence. `str.capitalize` is not used, because it changes Z into z."""
+    """Capitalise the first letter of a text, and append a full stop. `str.capitalize` would also change Z into z."""
     return f"{text[:1].upper()}{text[1:]}."
 
 
@@ -234,7 +235,7 @@ def _value(question: type, given: dict[str, Any], short: dict[str, str]) -> Any:
 
 
 def _within_limits(field: Field, value: Any) -> Any:
-    """Refuse a number outside the limits of its field. For whole numbers, typer checks most limits."""
+    """Refuse a number outside the limits of its field. typer has already checked most limits of whole numbers."""
     limited = words_of(field) if isinstance(value, int | float) else ""
     if limited and not admits(field, value):
         advice = "correct the value" + (", or leave it out" if field.default is None else "")
@@ -264,7 +265,7 @@ def _named(
 ) -> Iterator[tuple[str, str]]:
     """Read texts ``name=value`` with `read_named`.
 
-    A name of the block `physical` of a study may replace the name of the corresponding coordinate.
+    Names from a study's block `physical`, such as `excitation_frequency_hz`, are accepted as well (`ALIASES`).
     """
     assignments = (
         f"{ALIASES.get(name, name)}{equals}{text}"

@@ -89,7 +89,7 @@ class Means:
 
 
 def computes(command: Command) -> Command:
-    """Replace the parameter of type `Means` of a command by one option for each field."""
+    """Replace a command's parameter of type `Means` by one option for each field of `Means`."""
     signature = inspect.signature(command, eval_str=True)
     names = [each.name for each in fields(Means)]
     parameters: list[inspect.Parameter] = []
@@ -163,7 +163,8 @@ class Computer(ExitStack):
     ) -> "Record":
         """Compute a study. While another process computes the study, follow its progress.
 
-        Once a stop was requested, even in the last block of a study, later studies are returned unchanged.
+        After a request to stop, later studies are returned unchanged. This also holds for a request during the last
+        block of a study.
 
         Parameters
         ----------
@@ -367,7 +368,7 @@ def _stop_at(ends: datetime | None, stop: threading.Event) -> Iterator[threading
 
 
 def _told_of_the_time(store: "Store", record: "Record", ends: datetime | None) -> "Record":
-    """Add an event to a cancelled study, which says that the run was limited to the time `ends`."""
+    """If a study was cancelled, record the event that its run was limited to the time `ends`."""
     if record.state != "cancelled" or ends is None:
         return record
     left = record.blocks_total - record.blocks_done

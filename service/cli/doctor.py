@@ -106,7 +106,7 @@ def _cores() -> str:
 
 
 def _closed_form() -> str:
-    """Compare the computed response without a damper at resonance with the closed form √(1 + 4ζ²)/(2ζ)."""
+    """Compute the response at resonance without a damper, and compare it with the closed form √(1 + 4ζ²)/(2ζ)."""
     from math import sqrt
 
     from damperlab.worker.point import Design

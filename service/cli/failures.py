@@ -136,7 +136,10 @@ def _report_usage(error: typer.TyperException, as_json: bool) -> int:
 
 
 def _ratio_for(error: typer.TyperException) -> str:
-    """Write a message if the command takes a ratio in place of the SI quantity, otherwise an empty text."""
+    """Write a message that names the ratio to give instead of an SI quantity.
+
+    Return "" if the command has no such ratio.
+    """
     option, context = getattr(error, "option_name", None), getattr(error, "ctx", None)
     if option is None or context is None:
         return ""
@@ -148,7 +151,10 @@ def _ratio_for(error: typer.TyperException) -> str:
 
 
 def _faults_of_value(error: typer.TyperException) -> tuple[Fault, ...]:
-    """Convert an error of the option parser into faults; the tuple is empty if the message is already readable."""
+    """Convert an error of the option parser into faults.
+
+    Return an empty tuple if the error's own message is readable.
+    """
     cause, param = error.__cause__, getattr(error, "param", None)
     if cause is None or param is None:
         return ()
@@ -165,7 +171,10 @@ def _faults_of_value(error: typer.TyperException) -> tuple[Fault, ...]:
 
 
 def _bounds(option: object, allowed: str) -> str:
-    """Write the limits of a numeric option; the text is empty if there are none, or if the message states them."""
+    """Write the limits of a numeric option.
+
+    The text is empty if the option has no limits, or if `allowed` states them.
+    """
     low, high = getattr(option, "min", None), getattr(option, "max", None)
     if "number" not in allowed:
         return ""
@@ -188,7 +197,7 @@ def _spelled(text: str) -> str:
 
 
 def _with_value(name: str, value: str) -> str:
-    """Write the name and the value as an option; return "" if the name is no field and no dimension."""
+    """Write the name and the value as an option. Return "" if the name is neither a field nor a dimension."""
     option = SPELLED.get(name) or (option_of(name) if name in EVERY_AXIS else "")
     return f"{option} {value}".rstrip() if option else ""
 
@@ -198,7 +207,10 @@ def _kebab(name: str) -> str:
 
 
 def _asks_for_help(error: typer.TyperException) -> bool:
-    """Return whether a command has no arguments. The message of the error is then the help of the command."""
+    """Return whether a command was called without arguments.
+
+    The message of such an error is the help of the command.
+    """
     return type(error).__name__ == "NoArgsIsHelpError"
 
 

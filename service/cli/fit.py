@@ -161,7 +161,7 @@ def fit(
 
 
 class _Way(NamedTuple):
-    """Functions that fit one kind of table and write the answer."""
+    """Functions for one kind of measured table: they make the request, compute the fit, and write the answer."""
 
     ask: Callable[..., Any]
     scenes: Callable[[Any], "list[Scene]"]

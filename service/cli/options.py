@@ -221,7 +221,7 @@ def check_cluster(workers: int | None, scheduler: str | None, cluster: str | Non
 def read_time(text: str | None) -> datetime | None:
     """Read the value of --until: a date with a time, or a time of day within the next 24 hours.
 
-    A text without a time zone is read in the time zone of this machine.
+    A time without a time zone is a local time of this machine.
     """
     if text is None:
         return None

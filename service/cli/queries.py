@@ -81,7 +81,10 @@ def _with_further(
 
 
 def _in_ratios(asked: list[Any]) -> bool:
-    """Return whether the user requested a result by the name of a ratio. All results are then written as ratios."""
+    """Return whether the user named a variable of the cube, such as `amplitude_ratio`.
+
+    If so, all results are written as ratios.
+    """
     from damperlab.studies.variables import VARIABLES
 
     return any(getattr(each, "metric", None) in VARIABLES for each in asked)

@@ -105,7 +105,7 @@ def run(
 def _stored(study: str, data_dir: Path | None) -> "Record | None":
     """Find a stored study by its id or name.
 
-    Return None if the text names a file or a built-in study, or if there is no such study.
+    Return None if the text names a file or a built-in study, or if no stored study has this id or name.
     """
     from damperlab.studies.reading import is_known
     from damperlab.studies.store.faults import StudyNotFound

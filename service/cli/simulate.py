@@ -214,7 +214,10 @@ def _rows(answer: "SimulatedDocument") -> Iterator[tuple[str, str, str]]:
 
 
 def _end(answer: "SimulatedDocument", steady: bool) -> str:
-    """Describe the state after the computed cycles, or at the start of a cycle if no cycle was computed."""
+    """Describe the state after the computed cycles.
+
+    If no cycle was computed, describe the state at the start of a cycle.
+    """
     state = ", ".join(
         f"{name} = {number(value)}" for name, value in answer["state"].items() if value is not None
     )

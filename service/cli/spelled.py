@@ -1,4 +1,4 @@
-"""Error messages in which options of the command line replace the names of fields."""
+"""Error messages that name options of the command line instead of fields."""
 
 import re
 from collections.abc import Iterator, Mapping
@@ -11,13 +11,16 @@ from damperlab.studies.field import fields_of
 
 
 def options_of(question: type) -> dict[str, str]:
-    """Return the option of each field of the dataclass `question`, by the name of the field in documents."""
+    """Map each field of the dataclass `question` to its command-line option.
+
+    The keys are the names of the fields in documents.
+    """
     return {each.key: each.options[0] for each in fields_of(question) if "command" in each.doors}
 
 
 @contextmanager
 def in_options(names: Mapping[str, str]) -> "Iterator[None]":
-    """Replace the names of fields by the names of options in faults that are raised inside the context.
+    """In faults raised inside the context, replace the names of fields by the names of options.
 
     Parameters
     ----------

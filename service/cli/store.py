@@ -60,7 +60,7 @@ def warn_of_unknown_variables() -> None:
 
 
 def _fault(entry: Mapping[str, Any], options: Collection[str]) -> Fault:
-    """Describe a fault of a setting by the name of the option or variable that gave the value."""
+    """Describe a fault of a setting. The description names the option or variable that gave the value."""
     from damperlab.studies.pydantic_faults import value_fault
 
     if not entry["loc"]:  # the fault concerns several settings, and its text names these settings
@@ -115,13 +115,13 @@ def find_study(store: "Store", ref: str) -> "Record":
 
 
 def note_namesakes(store: "Store", record: "Record") -> None:
-    """Say that other studies have the new name of a study."""
+    """Print a note if other studies have the same name as `record`."""
     if others := _namesakes(store, record):
         note(f"{others} the name {record.name}. To choose, give an id.")
 
 
 def _namesakes(store: "Store", record: "Record") -> str:
-    """Return the beginning of a sentence on the studies with the same name; empty if there are none."""
+    """Begin a sentence with the number of other studies that have the same name. Return "" if there are none."""
     others = store.namesakes(record)
     if others == 0:
         return ""

@@ -319,7 +319,10 @@ def summary(record: "Record", more: "Iterable[tuple[str, str]]" = ()) -> str:
 
 
 def _defined(record: "Record") -> "Iterator[tuple[str, str]]":
-    """Yield titles and texts of lines that describe the definition of a study. Values equal to defaults are omitted."""
+    """Yield the title and the text of each line that describes a study's definition.
+
+    Values equal to defaults are omitted.
+    """
     from damperlab.studies.definition import Study
 
     plain = Study(axes={"clearance_ratio": 1, "frequency_ratio": 1}).document() | {"damping_ratio": None}

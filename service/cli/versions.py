@@ -1,4 +1,4 @@
-"""`damperlab recompute` repeats, with the present solver, a study that an earlier solver computed."""
+"""`damperlab recompute` computes an outdated study again with the present solver."""
 
 from typing import TYPE_CHECKING, Annotated, Any
 

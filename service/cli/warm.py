@@ -80,7 +80,7 @@ def warm(
 
 
 def have_ready(wanted: "Iterable[Scene]", apart: bool = False) -> None:
-    """Compile the missing kernels of a command, and show the progress.
+    """Compile the missing kernels that a command needs, and show the progress.
 
     Parameters
     ----------

@@ -219,7 +219,7 @@ def _spelled(name: str, value: float | str, phrases: "Phrases") -> str:
 
 
 def columns_left_out(answer: "xr.Dataset", metric: str) -> str:
-    """Say which columns `map_table` shows of a map; the text is empty if all columns are shown."""
+    """Say which columns of a map `map_table` shows. The text is empty if the table shows all columns."""
     x = str(answer[metric].dims[1])
     step = -(-answer.sizes[x] // MAP_COLUMNS)
     if step == 1:
@@ -274,7 +274,7 @@ def rows_table(
 
 
 def _errors(answer: "xr.Dataset", value_name: str, name: str, means: str, phrases: "Phrases") -> list[str]:
-    """Write a column of errors. An error that is only rounding is written as a word."""
+    """Write a column of errors. An error that is only rounding is written as `ROUNDING_WORD`."""
     values = answer[value_name].values.tolist()
     return [
         ROUNDING_WORD if is_rounding(value, error) else _spelled(means, error, phrases)
@@ -288,7 +288,7 @@ def axes_of(cube: "xr.Dataset") -> list[str]:
 
 
 def words_of(answer: "xr.Dataset") -> "Mapping[str, Any]":
-    """Return the attributes of an answer, with texts in SI units instead of the texts in ratios where both exist."""
+    """Return the attributes of an answer. If a text exists in SI units and in ratios, return the text in SI units."""
     return {**answer.attrs, **answer.attrs.get("in_units", {})}
 
 

@@ -263,10 +263,9 @@ class Client:
         """Compute one design point, and wait for the result.
 
         The design point is given by ``frequency_ratio``, ``clearance_ratio``, ``friction_ratio``, ``restitution``,
-        ``mass_ratio`` and ``damping_ratio``. With ``particle=False`` clearance, restitution and mass ratio have no
-        effect. ``particle_friction_ratio`` and ``gravity_ratio`` are the friction and the gravity on the particle in its
-        cavity.
-        The ``contact`` is written as in a study, ``{"model": "dwell", "contact_time": 0.1}``.
+        ``mass_ratio`` and ``damping_ratio``. If ``particle`` is False, clearance, restitution and mass ratio have no
+        effect. ``particle_friction_ratio`` and ``gravity_ratio`` are the friction and the gravity on the particle in
+        its cavity. The ``contact`` is written as in a study, ``{"model": "dwell", "contact_time": 0.1}``.
 
         Returns
         -------

@@ -65,9 +65,9 @@ class Questions(Asked):
     ) -> "ResonanceMap":
         """Return one metric over two dimensions.
 
-        By default the map spans the dimensions along which the study varies, clearance and friction first. The map shows the
-        value at a given frequency or record, or the largest value over all frequencies, or over all records of a
-        ground-motion suite.
+        By default the map spans the dimensions along which the study varies, clearance and friction first. The map
+        shows the value at a given frequency or record. If none is given, the map shows the largest value over all
+        frequencies or records.
 
         If ``minus`` names a second study with the same axes, ``other`` holds the values of the second study, and
         ``difference`` holds the first study minus the second. ``plot`` then draws all three maps.
@@ -158,7 +158,7 @@ class Questions(Asked):
     ) -> "Fragility":
         """Fit the probability that a damper's response exceeds a limit, as a function of the scale of the records.
 
-        The study is a ground-motion suite.
+        The study must be a ground-motion suite.
 
         Returns
         -------

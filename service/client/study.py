@@ -172,7 +172,7 @@ class Study(Questions, Searches):
         return self
 
     def retry(self) -> "Study":
-        """Recompute blocks that failed as a whole. Points that failed numerically are not recomputed."""
+        """Recompute failed blocks. Points that failed numerically are not recomputed."""
         self._ask("POST", "/retry")
         return self
 

@@ -75,8 +75,8 @@ class Transport:
     def ask(self, method: str, path: str, **how: Any) -> Any:
         """Send a request and return the answer, read from JSON; None if the answer is empty.
 
-        Every request can safely be sent twice. Studies and follow-ups are identified by their content, a
-        simulation changes nothing, and stopping or deleting a study twice has the same effect as once.
+        Every request can safely be sent twice. Studies and follow-ups are identified by their content. A simulation
+        changes nothing. A second request to stop or delete a study has no further effect.
 
         Parameters
         ----------
@@ -150,7 +150,10 @@ class Transport:
             yield response
 
     def attempts(self) -> Iterable[Any]:
-        """Return attempts at a request, with pauses between them, as long as repeating may help."""
+        """Return an iterator over attempts at a request, with pauses between them.
+
+        It ends when repeating cannot help.
+        """
         seconds = PATIENCE_SECONDS if self._met else FIRST_SECONDS
         give_up = time.monotonic() + seconds
 

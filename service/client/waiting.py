@@ -120,7 +120,7 @@ def shown(name: str, points: int) -> "AbstractContextManager[Shown]":
 
 
 class _NotebookBar:
-    """A progress bar in HTML, because the progress bars of rich need a further package in a notebook."""
+    """A progress bar in HTML. In a notebook, a progress bar of the library `rich` would need a further package."""
 
     def __init__(self, name: str, points: int) -> None:
         self._name, self._points = name, points

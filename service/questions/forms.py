@@ -152,7 +152,7 @@ RANKING = Form(_ranking, _read_ranking)
 
 
 def along(dimension: str) -> Form:
-    """Return the form of an answer with one dimension. Each variable of the answer becomes a list."""
+    """Return the `Form` of an answer with one dimension. Each variable of the answer becomes a list."""
 
     def write(answer: "xr.Dataset") -> dict[str, Any]:
         names = (dimension, *(str(name) for name in answer.data_vars))

@@ -124,7 +124,7 @@ def _tell(study: Subject, found: "xr.Dataset", details: bool, judging: Judging, 
 
 
 def _worst_of(found: "xr.Dataset", phrases: "Phrases") -> dict[str, str]:
-    """Return the results that the columns `value` and `error` contain in a ranking by the worst case."""
+    """Return the names of the results in the columns `value` and `error` of a ranking by the worst case."""
     metric = str(found.attrs.get("metric", "amplitude_ratio"))
     error = metric.replace("amplitude", "amplitude_error", 1)
     return {"value": metric} | ({"error": error} if phrases.unit(error) else {})

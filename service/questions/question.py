@@ -1,4 +1,4 @@
-"""A question about the cube of a study, as one object from which all interfaces are made.
+"""A question about the cube of a study. All interfaces are made from one object, the `Question`.
 
 The object determines the HTTP route, the command, the client method and the entry on the page. The functions of a
 question import heavy modules only when needed, so the client and the command line do not load the solver or the server.
@@ -129,7 +129,7 @@ class Words(NamedTuple):
 
 
 class Further(NamedTuple):
-    """An extension of an answer that needs further studies.
+    """An extension of an answer, for which further studies are computed.
 
     Parameters
     ----------
@@ -220,7 +220,7 @@ class Question(Generic[A]):
 
     @property
     def dimensions(self) -> tuple[str, ...]:
-        """Dimensions along which a user may give a value, for all kinds of study that can answer the question."""
+        """Dimensions for which a user may give a value: those of all kinds of study that can answer the question."""
         if SUITE in self.kinds:
             return EVERY_AXIS
         return (*BEFORE, *DIMENSIONS, *(() if self.kinds == (HARMONIC,) else (AMPLITUDE,)))

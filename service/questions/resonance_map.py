@@ -50,8 +50,9 @@ def answer(
 ) -> "xr.Dataset":
     """Slice the cube: `values[y][x]`. Other dimensions are fixed by `<dimension>=value`, or reduced with `over`.
 
-    If no frequency is given, the map shows the largest value over the study's band. With `minus` the answer has
-    `other`, the values of the second study, and `difference`, the first minus the second.
+    If no frequency is given, the map shows the largest value over the study's band. With `minus`, the answer also has
+    `other` and `difference`. `other` holds the values of the second study. `difference` holds the first study minus
+    the second.
     """
     from damperlab.studies.answers.map_difference import map_difference
     from damperlab.studies.answers.resonance_map import resonance_map

@@ -28,7 +28,7 @@ class Frequencies(TypedDict):
 
 
 class Exact(TypedDict):
-    """Exact curves at more frequencies, to be drawn."""
+    """Exact curves for a figure, at frequencies close enough to miss no peak."""
 
     frequency_ratio: Numbers
     tmd: Numbers

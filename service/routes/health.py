@@ -32,7 +32,7 @@ class Ready(TypedDict):
 
 @router.get("/live", response_class=Document, responses={200: gives(Live)}, summary="The process answers")
 async def live() -> Document:
-    """Answer on the event loop, so that computations do not delay the answer."""
+    """Return the answer from the event loop, so that computations do not delay the answer."""
     return Document(Live(status="live"))
 
 

@@ -79,9 +79,9 @@ def refine_class(
 def particle_friction(settings: Settings, study: Record, known: FollowUps, judging: Judging) -> Refinement:
     """Submit follow-up studies of the best damper in which friction acts on the particle.
 
-    `with` names the follow-up studies that are complete. When all are complete, request the optimal designs `with` the
-    follow-up studies. That answer gives the largest friction coefficient at which the damper is as good as without
-    particle friction.
+    `with` names the follow-up studies that are complete. When all follow-up studies are complete, request the optimal
+    designs, and name these studies in `with`. That answer gives the largest friction coefficient at which the damper
+    is as good as without particle friction.
     """
     from damperlab.studies.answers.particle_friction import find_friction
 

@@ -295,7 +295,7 @@ def resume(service: TheService, study: TheExactStudy) -> Document:
     summary="Compute failed blocks again",
 )
 def retry(service: TheService, study: TheExactStudy) -> Document:
-    """Queue the blocks that failed as a whole. Points that failed numerically are not queued; they would fail again."""
+    """Queue the failed blocks. Points that failed numerically are not queued, because they would fail again."""
     return Document(service.dispatcher.retry(study).document())
 
 

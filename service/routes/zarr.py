@@ -112,7 +112,7 @@ def _read(store: Store, study: Record, revision: int | None, key: str, request: 
 
 
 def _answer(shelf: Shelf, marks: Marks, study: Record, key: str, request: Request) -> Response | None:
-    """Return the content of a key at one moment of the study; None if the key is that of a block that is not done."""
+    """Return the content of a key at one moment of the study. Return None if the key names a block that is not done."""
     place = chunk_place(key, block_grid(study.shape, study.chunk))
     if place is None:
         group = group_of(key, _description(shelf))

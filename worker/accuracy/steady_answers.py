@@ -108,7 +108,7 @@ class Compared(NamedTuple):
 
 
 def points(seed: int, models: tuple[str, ...] = MODELS) -> Iterator[Point]:
-    """Yield random points of the complete cube endlessly, with contact models in the order of `models`."""
+    """Yield random design points without end. The contact models repeat in the order of `models`."""
     random = np.random.default_rng(seed)
     turn = 0
     while True:
@@ -136,7 +136,7 @@ def points(seed: int, models: tuple[str, ...] = MODELS) -> Iterator[Point]:
 def truth_of(halves: Halves) -> Truth:
     """Evaluate the recorded half cycles of an integration.
 
-    A period is searched in the last `_REMEMBERED` half cycles. If there is no period, the means are over all half
+    The last `_REMEMBERED` half cycles are searched for a period. If there is no period, the means are over all half
     cycles.
     """
     windows = np.maximum(halves[:-1, 0], halves[1:, 0])

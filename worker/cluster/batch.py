@@ -120,7 +120,7 @@ class Place:
 
 
 def worker_name(submission: int, task: int) -> str:
-    """Return a worker's name, made of the number of its submission and the number of its job, from 1."""
+    """Return the name of a worker from the number of its submission and the number of its job. Jobs count from 1."""
     return f"job-{submission}-{task}"
 
 

@@ -132,10 +132,11 @@ def _local(count: int) -> Iterator[Client]:
 def without_workers(
     shown: Security, worker: dict[str, Any] | None = None, host: str = "127.0.0.1"
 ) -> SpecCluster:
-    """Start a scheduler, so that an interrupt during the later start of workers closes the cluster.
+    """Start a scheduler without workers. If Ctrl-C interrupts the later start of workers, the cluster is closed.
 
-    The cluster's thread blocks SIGINT, and the workers that it starts inherit this: Ctrl-C in a terminal would end a
-    worker that still loads its modules, and `dask_setup` comes too late for that.
+    The thread of the cluster blocks SIGINT, and the workers that the thread starts inherit this. Otherwise, Ctrl-C in
+    a terminal would end a worker that still loads its modules. `dask_setup` makes a worker ignore SIGINT only after
+    this.
 
     Parameters
     ----------

@@ -69,8 +69,9 @@ class Whole(JITCodeLibrary):  # type: ignore[misc]
 
 
 def _needed(library: JITCodeLibrary) -> list[JITCodeLibrary]:
-    """List the libraries that `library` needs, directly or through a part. Each library follows all libraries that use
-    it.
+    """List the libraries that `library` needs, directly or through a part.
+
+    In the list, a library comes after all libraries that use it.
 
     The order matters, because LLVM links a discardable (linkonce) function only if an earlier library needs the
     function.

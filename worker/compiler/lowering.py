@@ -91,7 +91,7 @@ def _holds_references(context: Any, typ: Any) -> bool:
 
 
 def _is_product(name: Any, value: Any) -> bool:
-    """Whether an operand is a product in the same expression instead of a named variable."""
+    """Whether an operand is a product in the same expression, and not a named variable."""
     return name.name.startswith("$") and getattr(value, "opname", "") == "fmul"
 
 

@@ -15,7 +15,7 @@ from damperlab.worker.compiler.type_branches import FoldTypeTests
 
 
 class _Flags(compiler.Flags):  # type: ignore[misc]
-    """Compiler flags of numba, which are equal if the same options are set.
+    """Compiler flags of numba. Two instances are equal if the same options are set.
 
     Flags are compared whenever numba looks up the types of a call. The class of numba compares all forty options, which
     is slow.

@@ -83,7 +83,7 @@ def seconds_per_point(study: AnyStudy, coordinates: dict[str, NDArray[Any]]) -> 
 
 
 def family_factor(earlier: Iterable[Record]) -> float | None:
-    """Return the ratio of measured to expected kernel time over earlier studies of a family.
+    """Return the ratio of measured to expected kernel time over earlier studies of one family (`family_digest`).
 
     Parameters
     ----------

@@ -58,7 +58,7 @@ class Examiner:
                 self._asked[key] = self._tasks.send(key, worker.address, self._examination), worker.address
 
     def gather(self, look: Callable[[], None], look_on: Callable[[], bool]) -> dict[str, Answer] | None:
-        """Test all present workers and return their answers by address. The caller accepts or rejects each.
+        """Test all present workers and return their answers by address. The caller accepts or rejects each worker.
 
         The function waits for all present workers, but for at most `LATE_SECONDS` after the first answer.
         Meanwhile it calls `look`, which must update the list of present workers and call `ask`. As soon as
@@ -162,6 +162,6 @@ class Examiner:
 
 
 def _commonest(identities: Mapping[str, str]) -> str:
-    """Return the most frequent identity; if there is a tie, that of the worker whose address sorts first."""
+    """Return the most frequent identity. In a tie, the identity of the worker whose address sorts first is returned."""
     values = [identities[address] for address in sorted(identities)]
     return max(values, key=values.count)

@@ -128,7 +128,7 @@ class Standings:
 
     @property
     def able(self) -> bool:
-        """Whether a worker can compute. Workers on trial after an exclusion are ignored."""
+        """Whether a worker can compute. A worker with the standing "on trial" does not count."""
         return any(
             one.standing == "usable" or (one.held and one.standing in ("joining", "leaving"))
             for one in self.states.values()
@@ -197,7 +197,7 @@ class Standings:
         return f"none of the {len(self.states)} workers can compute: {_some(told)}"
 
     def standings(self) -> tuple[tuple[str, int], ...]:
-        """Return pairs of a reported standing and the number of workers with this standing."""
+        """Return each reported standing with the number of workers that have this standing."""
         found: list[str] = ["usable" if worker.usable else worker.standing for worker in self.states.values()]
         return tuple((standing, found.count(standing)) for standing in STANDINGS)
 

@@ -89,9 +89,9 @@ class Workers(Standings):
     def take_away(self, now: float) -> list[str]:
         """Take blocks back from workers at which a block runs far too long.
 
-        A block stays where it is if no other worker is usable, or if it was moved before. From a leaving
-        worker, it is taken back even then, because this worker may never end; the limit grows by `LONGER_TIMES`
-        each time. A worker that is not leaving is excluded, and tested again after `AGAIN_SECONDS`.
+        A block stays at its worker if no other worker is usable, or if the block was moved before. A leaving worker
+        loses its block even then, because the worker may never end. Each move multiplies the time limit of a block by
+        `LONGER_TIMES`. A worker that is not leaving is excluded, and tested again after `AGAIN_SECONDS`.
 
         Returns
         -------

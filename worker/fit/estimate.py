@@ -73,7 +73,7 @@ def fit_response(question: FitQuestion, progress: Progress | None = None) -> Fit
 
 @dataclass(frozen=True)
 class _End:
-    """A final region with its polynomials, draws from the posterior density, and the best computed parameter set."""
+    """A final region: its polynomials, samples of the posterior density, and the best computed parameter set."""
 
     surface: Surface
     draws: Matrix
@@ -85,7 +85,7 @@ class _End:
 
 
 def _begin(archive: Archive) -> list[Region]:
-    """Compute points that fill the ranges, and return regions around the best points, which must be far apart."""
+    """Compute points that fill the ranges. Return regions around the best of those points that lie far apart."""
     # imported here, because the import is slow
     from scipy.stats.qmc import Halton
 
@@ -116,7 +116,7 @@ def _closer(archive: Archive, region: Region) -> Region:
 
 
 def _best_regions(archive: Archive, regions: list[Region]) -> list[Region]:
-    """Return the best region, and the second best if it is about as good and far enough away."""
+    """Return the best region. Also return the second-best region if it fits about as well and lies far enough away."""
     misfit = archive.coarse_misfit()
     at = [misfit[int(np.argmin(np.abs(archive.places - one.centre).max(axis=1)))] for one in regions]
     order = np.argsort(at, kind="stable")
@@ -214,7 +214,7 @@ def _drawn(archive: Archive, region: Region, surface: Surface, variance: Matrix,
 
 
 def _fitted(archive: Archive, ends: list[_End]) -> Fitted:
-    """Convert the best final region into a result with the names and units of the question."""
+    """Convert the best final region into the result of the fit, in the names and units of `archive.question`."""
     question, end = archive.question, ends[0]
     tail = 0.5 * (1.0 - question.confidence)
     widening = _widening(archive, end)
@@ -257,7 +257,7 @@ def _correlation(draws: Matrix) -> Matrix:
 
 
 def _is_other(one: _End, best: _End) -> bool:
-    """Return whether `one` agrees about as well as `best`, but lies outside the region of `best`."""
+    """Return whether `one` fits the measurement about as well as `best`, but lies outside the region of `best`."""
     return one.misfit < best.misfit + AS_GOOD and not best.surface.region.holds(one.best)
 
 
@@ -268,7 +268,7 @@ def _as_good(archive: Archive, end: _End, widening: float) -> NDArray[np.bool_]:
 
 
 def _widening(archive: Archive, end: _End) -> float:
-    """Return the factor on the intervals if the residuals are larger than the stated deviations (Birge 1932)."""
+    """Return the factor that widens the intervals if residuals exceed the stated deviations (Birge 1932)."""
     off = archive.measured - archive.amplitude[end.row]
     squares = (off**2 / end.variance)[np.isfinite(off) & np.isfinite(end.variance)]
     freedom = squares.size - archive.count

@@ -64,7 +64,10 @@ def responses_at(question: FitQuestion, values: Mapping[str, float]) -> Response
 
 
 def scenes_of(question: FitQuestion) -> list[Scene]:
-    """Return the scenes that a fit may need: those at the lower and at the upper ends of all ranges."""
+    """Return the scenes that a fit may need.
+
+    They are found with all parameters at the lower ends of their ranges, and with all at the upper ends.
+    """
     found = set()
     for conditions, rows in question.configurations:
         for share in (0.0, 1.0):

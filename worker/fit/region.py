@@ -64,9 +64,10 @@ class Region:
         return np.asarray(np.minimum(places, 2.0 - places))
 
     def resized(self, draws: Matrix, generator: np.random.Generator) -> tuple[Matrix, "Region"]:
-        """Return the region moved to the mean of draws, and resized along each principal direction.
+        """Return a region centred on the mean of the samples `draws`, with a new size along each principal direction.
 
-        If the draws fill the region, the uncertainty of the parameters is larger, so the region is enlarged.
+        If the samples fill the old region, the new region is larger, because the parameters are less certain than
+        assumed.
 
         Returns
         -------

@@ -68,7 +68,7 @@ def solve_suite_block(
 
 
 def draw_of(suite: Suite, source: RecordSource, point: list[float]) -> list[int]:
-    """Return the seed for the perturbed starts of a point, which is equal in all blocks and studies.
+    """Return the seed for the perturbed starts of a point. The seed of a point is the same in all blocks and studies.
 
     The seed combines the seed of the suite, the hash of the record and the coordinates of the point.
     """

@@ -132,7 +132,7 @@ def ground_response(
 def ground_history(
     structure: Structure, damper: Damper, motion: GroundMotion, factor: float = 1.0, tail_s: float = 0.0
 ) -> tuple[GroundResponse, dict[str, NDArray[np.float64]]]:
-    """Compute the response as `ground_response` does, and the time history.
+    """Compute the response as `ground_response` does, and also return the time history.
 
     The history has `HISTORY_COLUMNS` at the start of every panel, at every event and at the end. Without a particle,
     the displacement of the particle is NaN.

@@ -79,7 +79,7 @@ class InThisProcess:
 
 
 def _judged(error: Exception, index: int, failures: int) -> Failure | None:
-    """Decide whether a block is tried again after an exception. Return None if it is, and the failure if not.
+    """Decide whether a block is tried again after an exception. If so, return None; otherwise return the failure.
 
     Raises
     ------

@@ -29,8 +29,8 @@ LOOK_SECONDS = 0.2
 def compute_on_cluster(run: "Run") -> None:
     """Compute the pending blocks of a run on a cluster until none is left or the run stops.
 
-    If the scheduler is lost, the function waits up to `return_seconds` until it comes back. If the scheduler
-    is lost again, the wait starts anew only if more blocks were completed meanwhile.
+    If the scheduler is lost, the function waits up to `return_seconds` for the scheduler to come back. If the
+    scheduler is lost again, the wait starts anew only if more blocks were completed meanwhile.
 
     Raises
     ------

@@ -161,7 +161,10 @@ class Reporter:
         self._meter = Meter(record, work_left)
 
     def watch(self, window: "Window | None") -> None:
-        """Include the state of the workers of a cluster in later reports; None if this process computes the blocks."""
+        """Include the state of the cluster's workers in later reports.
+
+        `window` is None if this process computes the blocks.
+        """
         if self._window is not None:
             self._earlier_retries += self._window.workers.retries
         self._window = window

@@ -227,7 +227,10 @@ class Run:
                 self._wait_for_store(error, gives_up_at)
 
     def _wait_for_store(self, error: StoreFault, gives_up_at: float) -> None:
-        """Wait until the catalogue answers, and read the record again. Raise the error if this takes too long."""
+        """Wait until the catalogue answers, and read the record again.
+
+        If there is no answer in time, raise the last error.
+        """
         while time.monotonic() < gives_up_at and not self.stopping:
             self.reporter.wait(error.fault.sentence, gives_up_at)
             self._stop.wait(AGAIN_SECONDS)

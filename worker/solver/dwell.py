@@ -7,7 +7,7 @@ from damperlab.worker.solver.state import Dwell
 
 @inlined
 def dwell_at_rest(particle: Particle | None) -> Dwell | None:
-    """Dwell of a particle that has not met a wall yet; None if impacts are instantaneous."""
+    """A `Dwell` without a contact, for a particle in flight; None if impacts are instantaneous."""
     if particle is None:
         return None
     if particle.contact_time is None and particle.wall is None:

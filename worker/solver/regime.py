@@ -84,7 +84,7 @@ class Segment(NamedTuple):
 
 @inlined
 def window_at(base: Excitation, k: int) -> Span:
-    """Span of the complete panel k."""
+    """Panel k as a `Span` that begins at the start of the panel."""
     return Span(phase_at(base, k), phase_until(base, k), base.window, True)
 
 

@@ -73,7 +73,9 @@ def fall_of(slide: Slide | None, particle: Particle) -> float:
 
 @inlined
 def with_pull(force: float, state: State, particle: Particle | None) -> float:
-    """Return a force on the mass plus the force of a sliding particle, both positive against u and over k Z.
+    """Return a force on the mass plus the force of a sliding particle.
+
+    Both forces are divided by k Z, and are positive towards −u.
 
     The force is βp'' while the particle slides, and 0 while the mass carries the particle. With gravity, βp'' includes
     −βG, because the mass does not bear the weight of a sliding particle.

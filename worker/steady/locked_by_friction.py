@@ -186,7 +186,7 @@ def slows_down(scene: Scene) -> bool:
 
 @kernel
 def _way_left(state: State, moved: float, edge: float, particle: Particle, scene: Scene) -> float:
-    """Bound on the distance that all impacts together move a locked mass, with |v| increased by `moved`."""
+    """Bound on the total distance by which impacts move a locked mass, computed with |v| increased by `moved`."""
     forcing = largest_forcing(scene.base)
     frequency_ratio = scene.base.frequency_ratio
     restitution = _restitution_of_a_held_wall(particle)

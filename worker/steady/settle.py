@@ -111,7 +111,7 @@ def settle(
 def _settled(
     start: State, scene: Scene, probe: Scene, notes: Notes, settings: Settings
 ) -> tuple[Response, State]:
-    """Compute the response for `settle`, with addresses in place of all arrays, which the caller keeps alive.
+    """Compute the response for `settle`, with addresses in place of all arrays. The caller keeps the arrays alive.
 
     An address is one number, whereas numba passes an array as seven numbers and emits code for all seven.
     """
@@ -215,7 +215,7 @@ def _measured_run(found: Found, scene: Scene, probe: Scene, notes: Notes) -> tup
 
 @kernel
 def _shortest_period(state: State, found: Found, scene: Scene, probe: Scene, notes: Notes) -> int:
-    """Shortest divisor of the period after which the state repeats, within the error of the orbit.
+    """Shortest period after which the state repeats within the error of the orbit: a divisor of the orbit's period.
 
     There is no search for another orbit, because just beyond a period doubling a shorter, repelling orbit is
     very near.

@@ -29,7 +29,10 @@ _LATEST_LOOK = 1.25
 
 
 class Settings(NamedTuple):
-    """Criteria for stopping, from the study's `steady` block, and whether energies and acceleration are measured."""
+    """Criteria for stopping, from the study's block `steady`.
+
+    The last two fields say whether energies and acceleration are measured.
+    """
 
     max_cycles: int
     tolerance: float

@@ -94,7 +94,10 @@ async def _own_host(scheduler: str, leave: "asyncio.Future[str]", limit_seconds:
 async def _joined(
     worker: Worker, security: Security, leave: "asyncio.Future[str]", limit_seconds: float
 ) -> bool:
-    """Start a worker once the scheduler accepts its connections. Return False if it must leave, or after the limit."""
+    """Start a worker once the scheduler accepts its connections.
+
+    Return False if the worker must leave, or after `limit_seconds`.
+    """
 
     async def join() -> None:
         # if the certificates do not match, Dask would try to connect ten times a second for ever, without a message

@@ -1,4 +1,7 @@
-"""Tests of a worker. Before its first block, it reads the study and computes a few points. Later, it checks itself."""
+"""Tests of a worker.
+
+Before its first block, a worker reads the study and computes a few points. Later, the worker checks itself.
+"""
 
 import asyncio
 import hashlib
@@ -90,8 +93,8 @@ def examine(cube_path: str, digest: str, code: str, canary: Block | None) -> Ans
 def canary_of(plan: Plan, block: int) -> Block:
     """Choose a few points of a block as a test of the workers.
 
-    The test has the first `POINTS` points along the last dimension, at the first index of all other
-    dimensions. If `whole_rows` of the study is true, the test has the complete row.
+    The test has the first `POINTS` points along the last dimension, at the first index of all other dimensions. If
+    the study's property `whole_rows` is true, the test has the complete row.
     """
     box = plan.block(block)
     points = box.shape[-1] if plan.study.whole_rows else min(box.shape[-1], POINTS)

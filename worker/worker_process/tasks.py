@@ -150,7 +150,11 @@ def failed_values(study: AnyStudy, block: Block) -> dict[str, np.ndarray]:
 
 
 def _shelf(cube_path: str) -> Shelf:
-    """Open a cube. Raise `OSError` if it cannot be reached, or this worker lacks the store's access keys or library."""
+    """Open a cube.
+
+    Raise `OSError` if the cube cannot be reached, or if this worker lacks the access keys or the library for the
+    store.
+    """
     try:
         return open_shelf(cube_path)
     except StoreFault as error:

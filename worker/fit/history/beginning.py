@@ -45,7 +45,7 @@ class Beginning:
         return (place.squares - self.best.squares) / trials.variance(self.best.squares, self.rows)
 
     def scatters_like(self, place: Place, rows: int, trials: Trials) -> bool:
-        """Return whether the variance of the residuals over a longer beginning is not significantly larger."""
+        """Return whether the residuals are not significantly larger over a longer beginning than over this one."""
         count = place.shares.size
         here, there = (one.squares / (size - count) for one, size in ((self.best, self.rows), (place, rows)))
         allowed = 1.0 + DEVIATIONS * np.sqrt(2.0 / (self.rows - count) + 2.0 / (rows - count))
@@ -54,7 +54,7 @@ class Beginning:
     def agrees(self, place: Place, rows: int, trials: Trials) -> bool:
         """Return whether the best parameters of a longer beginning also fit this beginning.
 
-        Because late impacts make chi-square rugged, a parameter set may fit a longer beginning by chance. A
+        Because late impacts make chi-square rugged, a parameter set may fit a longer beginning by chance. A parameter
         set that fits only by chance does not fit this shorter beginning.
         """
         over_this = trials.place(place.shares, self.rows)

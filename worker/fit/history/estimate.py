@@ -83,7 +83,10 @@ def fit_history(question: HistoryQuestion, progress: Progress | None = None) -> 
 
 
 def _settled(trials: Trials, held: Beginning, before: list[Spread]) -> Beginning | None:
-    """Search around the best parameter set until no better set is found, because impacts create many minima."""
+    """Search around the best parameter set until no better set is found.
+
+    A better set may exist nearby, because impacts create many minima.
+    """
     tried: list[Place] = []
     for _ in range(ROUNDS):
         more = _drawn(trials, [*before, held.spread], held.rows)
@@ -145,7 +148,7 @@ def _kept(trials: Trials, places: list[Place], rows: int, most: int) -> list[Pla
 
 
 def _drawn(trials: Trials, spreads: list[Spread], rows: int) -> list[Place]:
-    """Draw parameter sets within the uncertainty of the given beginnings."""
+    """Draw parameter sets from the last `LOOKED_BACK` of the given uncertainties."""
     generator = np.random.default_rng([trials.question.seed, rows])
     of = spreads[-LOOKED_BACK:]
     draws = np.concatenate([each.draw(DRAWN // len(of), generator) for each in of])

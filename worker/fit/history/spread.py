@@ -74,12 +74,13 @@ class Spread:
 def spread_at(trials: Trials, place: Place, rows: int, before: Spread | None = None) -> Spread | None:
     """Return the uncertainty of the parameters, or None if the response changes abruptly within this uncertainty.
 
-    Along each principal direction, chi-square must rise about as for a linear response over `REACH` standard deviations
-    to either side. If chi-square rises less, the standard deviation along this direction is increased accordingly.
+    Chi-square is computed `REACH` standard deviations to either side along each principal direction. There,
+    chi-square must have risen about as much as for a linear response. If it has risen less, the standard deviation
+    along this direction is increased accordingly.
 
-    `before` is the uncertainty from a shorter part of the history, with its own principal directions.
-    Chi-square must rise in the same way along those directions in which the standard deviation of `before` is
-    below `LITTLE`. Otherwise the best parameter set may be one of the countless minima that impacts create.
+    `before` is the uncertainty from a shorter part of the history, with its own principal directions. Some of these
+    directions have a standard deviation below `LITTLE`. Along them, chi-square must rise in the same way. Otherwise
+    the best parameter set may be one of the countless minima that impacts create.
     """
     spread = Spread.at(trials, place, rows)
     sizes = spread.sizes.copy()
@@ -97,9 +98,9 @@ def spread_at(trials: Trials, place: Place, rows: int, before: Spread | None = N
 
 
 def _rises(trials: Trials, place: Place, rows: int, spread: Spread, away: Matrix) -> Iterator[float]:
-    """Yield the rise of chi-square, divided by the rise for a linear response, for both sides of the centre.
+    """Yield the rise of chi-square on both sides of the centre, divided by the rise for a linear response.
 
-    A side is omitted if the ranges of the parameters end too close to the centre.
+    A side is omitted if a parameter's range ends there too close to the centre.
     """
     variance = trials.variance(place.squares, rows)
     for side in (-REACH, REACH):

@@ -71,9 +71,9 @@ def _within(shares: Matrix, low: Matrix, high: Matrix) -> bool:
 
 
 def _correlated(spread: Spread, period: int) -> Matrix:
-    """Return the factor on each standard deviation for correlated residuals (Newey and West 1987).
+    """Return the factors by which correlated residuals increase the standard deviations (Newey and West 1987).
 
-    Lags up to one period of the structure, or up to a tenth of the rows if this is less, are included. The factor is
+    Lags up to one period of the structure, or up to a tenth of the rows if this is less, are included. Each factor is
     at least 1.
     """
     lags = min(period, spread.residual.size // 10)
@@ -88,7 +88,7 @@ def _correlated(spread: Spread, period: int) -> Matrix:
 
 
 def _widening(trials: Trials, spread: Spread) -> float:
-    """Return the factor on the intervals if the residuals are larger than the stated deviations (Birge 1932)."""
+    """Return the factor that widens the intervals if residuals exceed the stated deviations (Birge 1932)."""
     freedom = spread.residual.size - spread.centre.size
     squares = float((spread.residual**2).sum())
     given = trials.question.measured.deviation_m is not None

@@ -71,7 +71,10 @@ class Trials:
         return np.asarray((self.question.measured.displacement_m[:rows] - found) / self.unit[:rows])
 
     def variance(self, squares: float, rows: int) -> float:
-        """Return the variance of the residuals: 1 if the deviation is given, otherwise from the sum of squares."""
+        """Return the variance of the residuals.
+
+        It is 1 if the deviation is given; otherwise it follows from `squares`.
+        """
         if self.question.measured.deviation_m is not None:
             return 1.0
         # data computed by the model itself agree to rounding

@@ -73,7 +73,7 @@ def _slide(state: State, direction: float, order: int) -> Slide | None:
 
 @inlined
 def _pull(state: State, direction: float, particle: Particle, friction: float) -> float:
-    """Force of a sliding particle on the mass, positive against u: the reaction to the particle's acceleration."""
+    """Force of a sliding particle on the mass: the reaction to the particle's acceleration; positive towards −u."""
     rubbing = friction * direction
     return particle.mass_ratio * (rubbing + fall_of(state.slide, particle))
 

@@ -30,7 +30,7 @@ def slip_from_rest(
     v : float
         Displacement of the mass relative to the base.
     wall_force : float
-        Force of a compliant wall on the mass, positive against u; 0 without such a wall.
+        Force of a compliant wall on the mass, positive towards −u; 0 without such a wall.
     inertia : float
         Inertia of the bodies that move with the mass.
     must_slip : bool
@@ -47,7 +47,7 @@ def slip_from_rest(
 
 @inlined
 def slip_at(w: float, slip: float, scene: Scene) -> float:
-    """Direction of slip at a velocity w: the sign of w, but `slip` at w = 0 or without friction."""
+    """Direction of slip at a velocity w: the sign of w. At w = 0, or without friction, the direction is `slip`."""
     if scene.friction is not None:
         if w != 0.0:
             return 1.0 if w > 0.0 else -1.0
@@ -68,7 +68,7 @@ def acceleration_alone(v: float, w: float, slip: float, phase: Phase, scene: Sce
 def meet(state: State, wall: float, phase: Phase, scene: Scene, meter: Meter | None) -> tuple[float, bool]:
     """Return the approach speed at a rigid wall, and whether the contact is an impact. Impacts are counted.
 
-    A touch of the wall that the particle has just left is no impact.
+    If the particle touches the wall that it has just left, the contact does not count as an impact.
     """
     u_rate = state.w + phase.rate
     approach = max(wall * (u_rate - state.p_rate), 0.0)

@@ -126,7 +126,7 @@ def stays_carried(
 
 @inlined
 def is_held(state: State, given: float, friction: float, margin: float) -> bool:
-    """Whether the mass carries a particle as long as the required acceleration changes by less than a margin."""
+    """Whether the mass keeps carrying a particle while the required acceleration changes by at most `margin`."""
     if state.gap == 0.0:
         return state.wall * given + friction > margin
     return friction - abs(given) > margin

@@ -222,7 +222,7 @@ def has_force(base: Excitation) -> bool:
 
 @inlined
 def amplitudes(base: Excitation) -> tuple[float, float]:
-    """Factors by which the function expanded in `base.rows` gives s and the force on the structure."""
+    """Factors that convert the function expanded in `base.rows` into s, and into the force on the structure."""
     if isinstance(base, RecordBase):
         return 1.0, 0.0
     return base.displacement, base.force

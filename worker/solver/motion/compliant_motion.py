@@ -13,8 +13,8 @@ two coordinates: sin φ and cos φ, or s'' and s''' of a record.
 The motion has two expansions. The complete expansion is used over short spans, limited by the fastest rate of the
 contact. The slow expansion describes the motion after the vibration of the contact has decayed. This slow motion lies
 in an invariant subspace of the same equations, so the slow expansion is exact. If y and y' are both fast, the slow
-expansion is used over complete panels, however stiff the wall is. In z' = Az, let q be the fast coordinates: only y' if
-the wall is overdamped and yields slowly, else y and y'. Let r be the other coordinates. Then
+expansion is used over complete panels, however stiff the wall is. In z' = Az, let q be the fast coordinates: y and
+y', or only y' if the contact has only one fast rate. Let r be the other coordinates. Then
 
     q = Pr + f,   r = ξ + Bf,   ξ' = Gξ,   f' = Λf,
     A_qr + A_qq P = PG,   G = A_rr + A_rq P,   Λ = A_qq − P A_rq,   BΛ = GB + A_rq.
@@ -177,7 +177,7 @@ def write_coordinates(
 
 @kernel
 def combine_rows(which: int, coordinates: Floats, units: int, rows: Floats, out: Floats) -> None:
-    """Write the coefficients of the quantity `which`, from its rows and the coordinates at the start."""
+    """Write the coefficients of the quantity with index `which`, from its rows and the coordinates at the start."""
     at = which * DIM * TERMS
     for n in range(TERMS):
         out[n] = 0.0

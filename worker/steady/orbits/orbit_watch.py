@@ -133,7 +133,8 @@ def look_back(
 
     A chaotic transient that ends on a stable orbit almost repeats now and then with the period of this orbit. So
     Newton's method starts where the run comes closest to an earlier state, in each of several equal parts of the run.
-    The search is omitted for a particle with friction in its cavity, whose states cannot be made from section points.
+    The search is omitted if the particle has friction in its cavity, because its states cannot be computed from
+    section points.
     """
     if scene.particle is not None and notes.path is not None:
         if scene.counts[IMPACTS] > 0 and not nearby.rival:
@@ -154,5 +155,5 @@ def look_back(
 
 @kernel
 def _halves_to_spare(half: int, burn_in: int) -> float:
-    """Upper limit on the half cycles spent in all searches together when the run has reached `half`."""
+    """Largest total of half cycles that all searches may spend until the run reaches the half cycle `half`."""
     return _BETWEEN_TRIES + _SHARE_IN_BURN_IN * min(half, burn_in) + _SHARE_METERED * max(half - burn_in, 0)

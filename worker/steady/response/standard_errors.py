@@ -61,7 +61,9 @@ class Estimate(NamedTuple):
 
 @kernel
 def mean_and_error(samples: NDArray[np.float64], first: int, last: int) -> tuple[float, float]:
-    """Mean of samples[first:last], a stationary series of correlated samples, and its standard error.
+    """Mean of samples[first:last], and the standard error of this mean.
+
+    The samples are a stationary series, and are correlated.
 
     The error comes from batches with 1/61 of the samples, or with 1/19 of the samples if the longer batches
     give a significantly larger error. Batches shorter than the correlation time understate the error, but an

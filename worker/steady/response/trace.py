@@ -147,9 +147,9 @@ def largest_in(trace: NDArray[np.float64], first: int, last: int, column: int) -
 def cycle_peaks(trace: NDArray[np.float64], rows: int, peaks: NDArray[np.float64]) -> None:
     """Compute the peaks of each cycle from the metered half cycles, the rows 1 … `rows` of a trace.
 
-    Two intervals of one cycle begin in each cycle, one at each half cycle. `peaks`, shape (2, ≥ rows // 2),
-    receives the mean of the two interval peaks, so that a motion and its mirror image have equal peaks. The
-    last cycle has only one such interval if no half cycle follows.
+    Two intervals of one cycle begin in each cycle, one at each half cycle. `peaks`, shape (2, ≥ rows // 2), receives
+    the mean of the two interval peaks, so that a motion and its mirror image have equal peaks. If no half cycle
+    follows the last cycle, only the first interval of this cycle is used.
     """
     for column in range(2):
         for i in range(rows // 2):
@@ -172,7 +172,7 @@ def _peak_of_cycle(trace: NDArray[np.float64], rows: int, column: int, i: int) -
 
 @kernel
 def mean_peak_of_period(trace: NDArray[np.float64], column: int, period_halves: int) -> float:
-    """Mean of the peaks in a column over one period, which is the rows 1 … period_halves.
+    """Mean of the peaks in a column over one period, the rows 1 … period_halves.
 
     The mean is over intervals of one cycle. An interval begins at every half cycle, so that a motion and its mirror
     image have the same mean.

@@ -101,7 +101,7 @@ def state_at(point: Array, like: State, particle: Particle | None) -> tuple[Stat
 def flying_at(
     point: Array, like: State, friction: float | None, particle: Particle | None
 ) -> tuple[State, bool]:
-    """Return the state with given section coordinates, with the particle in flight, as `state_at` does.
+    """Return the results of `state_at` for a particle in flight.
 
     The coordinates belong to a motion of the same scene as the state `like`, but perhaps in another regime.
     """

@@ -117,10 +117,10 @@ def stays_closed(ring: Array, now: int, period_halves: int, distance: float) -> 
 def near_period(apart: Array, longest: int, scale: float) -> int:
     """Shortest period [half cycles] with which the run almost repeats, or 0.
 
-    A multiple of the period is returned if the run repeats far better with the multiple. Near a period
-    doubling, the shorter orbit lies close to the run but is unstable. The higher the multiple, the better the
-    run must repeat: a run that spirals into an orbit turns around the orbit, and may have made almost a whole
-    number of turns by chance.
+    A multiple of the period is returned if the run repeats far better with the multiple. Near a period doubling, the
+    orbit with the shorter period lies close to the run but is unstable. The higher the multiple, the better the run
+    must repeat: a run that spirals into an orbit turns around the orbit, and may have made almost a whole number of
+    turns by chance.
     """
     found = 0
     nearest = _NEAR * scale
@@ -155,10 +155,10 @@ def note_point(ring: Array, place: int, riding: float, path: Array, row: int) ->
 def closest_recurrences(
     path: Array, last: int, period_halves: int, parts: int
 ) -> tuple[NDArray[np.int64], float]:
-    """Rows of `path` after which the run repeats best in `period_halves` rows, and the smallest relative recurrence.
+    """Rows of `path` that repeat best after `period_halves` further rows, and the smallest relative recurrence.
 
-    The rows 1 … `last` of the path are divided into equal parts; there is one row for each part. Rows with NaN are found
-    only if a part has no others.
+    The rows 1 … `last` of the path are divided into equal parts, and one row of each part is returned. Rows with NaN
+    are skipped. If a part has no other rows, its first row is returned.
     """
     rows = np.empty(parts, np.int64)
     smallest = inf

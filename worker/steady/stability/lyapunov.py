@@ -35,9 +35,8 @@ def is_chaotic(
 ) -> bool:
     """Whether a tangent vector grows: its mean growth per cycle exceeds a limit and three standard errors.
 
-    The growth is averaged over at most `longest` excitation cycles; at least 16 cycles are used. Before the
-    average begins, the vector aligns with the direction of growth, during one sixteenth as many cycles as are
-    averaged.
+    The growth is averaged over at most `longest` excitation cycles; at least 16 cycles are used. The vector first
+    aligns with the direction of growth. This takes one sixteenth as many cycles, which are not averaged.
 
     Notes
     -----

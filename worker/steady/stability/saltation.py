@@ -34,7 +34,10 @@ _SHORT_FLIGHT = 1e-5
 
 
 class Field(NamedTuple):
-    """The vector field on one side of an event: rates of v, w, y and y', or of the coordinates in place of y and y'."""
+    """The vector field on one side of an event: the rates of v, w, y and y'.
+
+    In a contact with its own coordinates, the rates of these coordinates replace those of y and y'.
+    """
 
     v: float
     w: float
