@@ -41,9 +41,9 @@ def is_axis(raw: object) -> bool:
 def over_amplitudes(physical: object, particle: bool) -> bool:
     """Return whether a physical block describes a study over base amplitudes.
 
-    The base amplitude must be an axis. In addition, the block must contain both the friction force and the clearance,
-    or one of these two as an axis. Otherwise the base amplitude changes only one ratio, and the values of the
-    base amplitude become values of that ratio.
+    The base amplitude must be an axis. In addition, the block must contain the friction force and the clearance. One of
+    these two suffices if it is an axis. Otherwise the base amplitude affects only one ratio, and its values are
+    converted to values of this ratio.
 
     Parameters
     ----------

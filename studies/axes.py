@@ -49,7 +49,7 @@ class Range(BaseModel):
     def values(self) -> NDArray[np.float64]:
         """Return the values, float64 of shape (num,). Each value is the double nearest to the exact value.
 
-        Each end is interpreted as the shortest decimal number with the same double. So ranges with equal exact values
+        Each end stands for the shortest decimal number that rounds to its double. So ranges with equal exact values
         give equal doubles on every machine.
         """
         if self.spacing == "log":
@@ -221,7 +221,9 @@ _COUNTS = ("step", "steps", "n", "count", "points", "number", "nums")
 
 
 def _unknown_of_range(field: str, key: object, raw: dict[Any, Any]) -> Fault:
-    """Return the fault of an unknown key of a range. If the key is a step, advise the equivalent `num`."""
+    """Return the fault of an unknown key of a range. If the key is the step or the number of values in another program,
+    advise `num`.
+    """
     known = tuple(Range.model_fields)
     fault = unknown_key(field, key, known, raw)
     if key not in _COUNTS:

@@ -13,7 +13,7 @@ KEYS = {"base_velocity_m_per_s": "velocity", "base_acceleration_m_per_s2": "acce
 
 
 def named_after_motion(faults: Iterable[Fault], raw: Mapping[str, Any]) -> Iterator[Fault]:
-    """Add advice to the faults of the keys in `KEYS`, and omit faults caused by these keys alone."""
+    """Add advice to the faults of the keys in `KEYS`, and omit faults that only these keys cause."""
     physical = raw.get("physical")
     written = [key for key in KEYS if isinstance(physical, dict) and key in physical]
     if not isinstance(physical, dict) or not written:
@@ -58,7 +58,7 @@ def _as_constant(fault: Fault, key: str, physical: Mapping[str, Any], particle: 
 
 
 def _amplitude(level: object, frequency_hz: object, power: int) -> str | None:
-    """Return base amplitudes at the natural frequency as the text of a list, or None if an input is not a positive
+    """Return the base amplitudes at the natural frequency, written as in a list; None if an input is not a positive
     number.
     """
     levels = level if isinstance(level, list | tuple) else [level]

@@ -29,7 +29,7 @@ EQUAL = "equal"
 
 
 def damper_of(acts: bool, rubs: bool) -> Damper:
-    """Return the name of a damper: with a particle alone, with friction alone, with both, or with neither."""
+    """Return the kind of a damper with or without a particle, and with or without friction."""
     if acts:
         return "hybrid" if rubs else "particle_alone"
     return "friction_alone" if rubs else "no_damper"

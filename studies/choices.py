@@ -54,7 +54,7 @@ def _read_contact_time(raw: object) -> float:
 
 
 def _contact_time() -> Reads:
-    """Return the pydantic annotation of a contact time, written as a number or a name."""
+    """Return the pydantic annotation of a contact time, which is a number or a name."""
     number = {"type": "number", "minimum": CONTACT_TIME.lowest, "maximum": CONTACT_TIME.highest}
     named = {"type": "string", "enum": list(CONTACT_TIMES)}
     return Reads(_read_contact_time, {"anyOf": [number, named], "description": CONTACT_TIME.meaning})
@@ -119,8 +119,9 @@ class DwellContact(Choice):
 class CompliantContact(Choice):
     """The wall is a spring and a dashpot that push but never pull.
 
-    An impact in free space has the coefficient of restitution e of the study and this contact time. As the contact time
-    tends to 0, this model tends to `instant`. e must not be 0, because e = 0 would require infinite damping.
+    An impact in free space lasts this contact time, and has the coefficient of restitution e of the study. As the
+    contact time tends to 0, this model tends to `instant`. e must not be 0, because e = 0 would require infinite
+    damping.
     """
 
     model: Literal["compliant"]

@@ -43,7 +43,9 @@ def check_end(lines: Sequence[str], numbers: Sequence[str]) -> None:
 
 
 def check_factors(lines: Sequence[tuple[int, str]]) -> None:
-    """Raise StudyFaults if a line states a factor for the samples. `lines` contains number and text of each line."""
+    """Raise StudyFaults if a line states a factor for the samples. Each item of `lines` is the number and the text of a
+    line.
+    """
     for number, line in lines:
         if _FACTORS.search(line):
             told = f"Line {number} names a factor: {printable(line)}. The samples must include it already."

@@ -214,7 +214,9 @@ def nearest(word: str, known: Iterable[str]) -> str | None:
 
 
 def write_nearest(word: object, known: Iterable[str], otherwise: str = "choose one of these") -> str:
-    """Return the advice to write the known word with similar spelling, or `otherwise` without such a word."""
+    """Return the advice to write the known word with the most similar spelling. If no word is similar, return
+    `otherwise`.
+    """
     near = nearest(word, known) if isinstance(word, str) else None
     return f"write {near}" if near else otherwise
 

@@ -98,7 +98,7 @@ class Field:
 
     @property
     def is_repeated(self) -> bool:
-        """Whether the option is given once per value of a list, and not once with all values, ``A,B``."""
+        """Whether the option is repeated for each value of a list. Otherwise one option has all values, ``A,B``."""
         return self.is_list and "," not in self.form
 
     @property

@@ -88,8 +88,8 @@ class Physical(Choice):
     A ratio is derived if the block contains the source quantity of the ratio. For example, `clearance_m` determines the
     clearance ratio, and requires `base_amplitude_m`. If the base amplitude is an axis while friction force and
     clearance of the damper are fixed, the study is over base amplitudes (see `damperlab.studies.amplitudes`). In such a
-    study, `constant` may specify that the velocity or the acceleration of the base is the same at every frequency;
-    `base_amplitude_m` is then the amplitude at the natural frequency. Under a force on the structure, the static
+    study, `constant` may specify that the velocity or the acceleration of the base is the same at every frequency. Then
+    `base_amplitude_m` is the amplitude at the natural frequency. Under a force on the structure, the static
     displacement F₀/k replaces the base amplitude, and `force_n` determines this displacement.
     """
 

@@ -186,11 +186,10 @@ class Plan:
 def make_plan(study: AnyStudy, cost: Cost) -> Plan:
     """Divide a study into blocks of about two seconds.
 
-    A shorter study gets shorter blocks, but none below `SHORTEST_BLOCK_SECONDS`. If a study is long enough
-    for `BALANCED_BLOCKS` blocks of `SHORTEST_BLOCK_SECONDS`, but too short for blocks of two seconds, the
-    number of blocks and their duration both grow with the square root of the study's time. A very long study
-    gets longer blocks, so that it has at most `MAX_BLOCKS` blocks. A block has at most `MAX_BLOCK_POINTS`
-    points, or more if it consists of one complete row (`AnyStudy.whole_rows`).
+    A short study gets shorter blocks, but none below `SHORTEST_BLOCK_SECONDS`. The number of blocks and their duration
+    both grow with the square root of the study's time, starting from `BALANCED_BLOCKS` blocks of
+    `SHORTEST_BLOCK_SECONDS`. A very long study gets longer blocks, so that it has at most `MAX_BLOCKS` blocks. A block
+    has at most `MAX_BLOCK_POINTS` points, or more if it consists of one complete row (`AnyStudy.whole_rows`).
     """
     mean, most = _sampled_cost(study, cost)
     shape = study.shape
@@ -227,7 +226,7 @@ def plan_with_chunk(study: AnyStudy, chunk: tuple[int, ...], cost: Cost) -> Plan
 
 
 def chunk_of(shape: tuple[int, ...], size: int) -> tuple[int, ...]:
-    """Return the shape of boxes of at most `size` points that divide a grid evenly.
+    """Divide a grid evenly into boxes of at most `size` points, and return the shape of a box.
 
     The first dimensions are divided first, so that response curves along the last dimension are read from few chunks.
     """

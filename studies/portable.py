@@ -2,9 +2,9 @@
 
 On processors with AVX-512, numpy uses separate code for exponentials, logarithms, sines and powers. For matrix
 products, numpy uses OpenBLAS, which has different code for each family of processors. With numpy, the last bits of
-results would depend on the processor. So on different processors, the same seed would generate different
-records, and fits of chaotic responses would give different parameters. In this module, the C library computes
-each value, and the products in every row are summed in the same order.
+results would depend on the processor. Then the same seed would generate different records on different processors, and
+fits of chaotic responses would give different parameters. In this module, the C library computes each value, and the
+products in every row are summed in the same order.
 """
 
 import math

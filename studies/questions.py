@@ -134,7 +134,7 @@ class Selection:
 
 @dataclass(frozen=True)
 class Followed(Selection):
-    """The result to show over the frequency, and the design."""
+    """The result to show as a function of the frequency, and the design."""
 
     metric: str | None = asked(
         None,
@@ -159,7 +159,7 @@ class Plane:
 
 @dataclass(frozen=True)
 class Fragile:
-    """Inputs of a fragility curve: the limit, the limited result, and the damper of a ground-motion suite."""
+    """Inputs of a fragility curve: a result, its limit, and the damper of a ground-motion suite."""
 
     threshold: float = asked(
         MISSING, "Limit that the result exceeds, in its SI unit; 0.02 for 20 mm.", above=0
@@ -287,7 +287,7 @@ class Search(Step):
 
 @dataclass(frozen=True)
 class Design:
-    """The coordinates of the design, or of the point of a study, that is compared."""
+    """Coordinates of what is compared: a design, or a point of a study."""
 
     at: At = asked_at()
 

@@ -26,7 +26,7 @@ class Reads:
     schema: dict[str, Any] = field(hash=False)
 
     def __get_pydantic_core_schema__(self, source: Any, handler: GetCoreSchemaHandler) -> CoreSchema:
-        """Return a schema that validates by the function, and serialises by the type of the value."""
+        """Return a schema that validates a value with `function`, and serialises the value by its type."""
         return core_schema.no_info_plain_validator_function(self.function)
 
     def __get_pydantic_json_schema__(

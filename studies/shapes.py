@@ -28,7 +28,7 @@ class Says:
 
 
 class Like:
-    """An annotation for a value that has the form of another type in the document.
+    """An annotation for a value that a document contains in the form of another type.
 
     Parameters
     ----------
@@ -50,7 +50,7 @@ class Like:
         return handler.generate_schema(self.kind)
 
     def __get_pydantic_json_schema__(self, core: Any, handler: Any) -> dict[str, Any]:
-        """Return the JSON schema of `kind`, with the omitted and replaced fields."""
+        """Return the JSON schema of `kind`, without the fields in `without`, and with the fields in `instead`."""
         found = handler(core)
         if not (self.without or self.instead):
             return dict(found)

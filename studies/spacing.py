@@ -1,7 +1,7 @@
 """Evenly and logarithmically spaced values, each rounded once from the exact value.
 
-Sums and products of doubles would depend on the start of a range, on the processor and on the version of the library.
-The same coordinate could then be 0.725 in one range and 0.7250000000000001 in another range.
+If the values were sums and products of doubles, they would depend on the start of a range, on the processor and on the
+version of the library. The same coordinate could then be 0.725 in one range and 0.7250000000000001 in another range.
 """
 
 from decimal import Context, Decimal

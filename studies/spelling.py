@@ -29,7 +29,9 @@ def spelled(value: float, unit: str, digits: int = 4) -> str:
 
 
 def written(value: float, unit: str, form: str) -> str:
-    """Write a number with its unit. A length in mm is written in m from 1 m on, and in nm if mm need an exponent."""
+    """Write a number with its unit. A length in mm is written in m if it is at least 1 m, and in nm if it would need an
+    exponent in mm.
+    """
     text = format(value, form)
     if unit == "mm" and (abs(value) >= 1e3 or "e-" in text):
         value, unit = (1e6 * value, "nm") if "e-" in text else (1e-3 * value, "m")

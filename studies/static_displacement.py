@@ -33,7 +33,9 @@ def without_force(document: Mapping[str, Any]) -> dict[str, Any]:
 
 
 def named_after_force(faults: Iterable[Fault], raw: Mapping[str, Any]) -> Iterator[Fault]:
-    """Replace the derived base amplitude by the force in error messages, and omit consequences of other errors."""
+    """In error messages, replace the derived base amplitude by the force. Omit errors that only follow from other
+    errors.
+    """
     physical = raw.get("physical")
     force = None
     if isinstance(physical, dict) and AMPLITUDE not in physical:

@@ -122,7 +122,7 @@ def base_of(cube: "xr.Dataset") -> "xr.DataArray":
 
 
 def results_along(cube: "xr.Dataset") -> list[InUnits]:
-    """Return the results in SI units of a cube over base amplitudes, with factors for a base amplitude of 1 m.
+    """For a cube over base amplitudes, return the results in SI units. Their factors hold for a base amplitude of 1 m.
 
     Returns
     -------

@@ -171,7 +171,7 @@ def curve(
 
 
 def _shaken(asked: Specification, tuned: Absorber, shares: dict[str, float]) -> Built:
-    """Return structure and absorber with the deviations `shares`, and the results under the records."""
+    """Return the structure with the deviations `shares`, the absorber, and the results under the records."""
     on = built(asked, tuned, shares)
     omega = asked.structure.angular_frequency * (1.0 + on.shift)
     return replace(on, measured=tuple(_under_records(asked, on.absorber, on.damping, omega)))
@@ -193,7 +193,9 @@ def _under_records(
 
 
 def _limited(asked: Specification, absorber: Absorber, every: list[Built], name: str) -> Iterator[float]:
-    """Yield the values that a limit restricts: the largest over the bands, and one for each record and structure."""
+    """Yield values of the limited result: the largest value over the bands, and one value for each record and
+    structure.
+    """
     yield 0.0  # results of impacts and friction
     if name not in LIMITED:
         return

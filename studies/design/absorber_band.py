@@ -47,7 +47,9 @@ class Judged(NamedTuple):
 
 
 class Absorbers(NamedTuple):
-    """Parameters of n absorbers as arrays of length n; see `Absorber`. A common mass ratio may be a scalar."""
+    """Parameters of n absorbers as arrays of length n; see `Absorber`. If all absorbers have the same mass ratio,
+    `mass_ratio` may be a scalar.
+    """
 
     mass_ratio: float | Floats
     tuning: Floats
@@ -79,7 +81,7 @@ def _sampled(
 ) -> Floats:
     """Return the judged quantity for n absorbers, shape (n,).
 
-    `many` holds the number of frequencies over the band, and the number on either side of a peak.
+    `many` holds the number of frequencies over the band, and the number of frequencies on either side of a peak.
     """
     share = 1.0 + np.reshape(shift, (-1, 1))
     low, high = excitation.low / share, excitation.high / share
@@ -113,10 +115,10 @@ def _sampled(
 
 
 def _is_closed(excitation: Excitation, judged: Judged) -> bool:
-    """Whether the judged quantity is X/Z times a constant, whose largest value has a closed form.
+    """Whether the judged quantity is X/Z times a constant. The largest value of X/Z has a closed form.
 
-    An acceleration is such a quantity if the amplitude of the base acceleration is constant, because the
-    ratio of the two accelerations is X/Z.
+    An acceleration is X/Z times a constant if the amplitude of the base acceleration is constant, because the ratio of
+    the two accelerations is X/Z.
     """
     motion = excitation.motion
     return (

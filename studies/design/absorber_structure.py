@@ -68,7 +68,9 @@ def structures(asked: Specification) -> Iterator[dict[str, float]]:
 
 
 def built(asked: Specification, tuned: Absorber | Absorbers, shares: Mapping[str, float | Floats]) -> Built:
-    """Return one or several structures with the deviations `shares` and an absorber, without results under records."""
+    """Return one or several structures with the deviations `shares`, and the absorber. Results under records are left
+    out.
+    """
     mass = shares.get("mass_kg", 0.0)
     shift, off = asked.structure.built_off(mass, shares.get(FREQUENCY, 0.0), shares.get(DAMPING, 0.0))
     damping = np.minimum(asked.structure.damping_ratio * (1.0 + off), 0.999)
@@ -96,11 +98,10 @@ def hardest(
 ) -> tuple[float, dict[str, float]]:
     """Return the largest judged value over the bands and all tolerances, and the deviations that cause it.
 
-    The worst damping is at an end of the tolerance. The worst values of natural frequency, mass and tuning
-    may lie anywhere within the tolerances, because a lightly damped structure may move most if a narrow peak
-    coincides with an end of a band. Natural frequency, mass and tuning are varied one after the other,
-    starting from each structure of a coarse grid. Ever smaller steps are then tried around the structures
-    with the highest values.
+    The worst damping is at an end of the tolerance. The worst values of natural frequency, mass and tuning may lie
+    anywhere within the tolerances. For example, a lightly damped structure may move most if a narrow peak coincides
+    with an end of a band. Natural frequency, mass and tuning are varied one after the other, starting from each
+    structure of a coarse grid. Ever smaller steps are then tried around the structures with the highest values.
 
     Parameters
     ----------

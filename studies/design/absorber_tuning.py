@@ -50,7 +50,7 @@ def tuned_for(asked: Specification, start: Absorber) -> Absorber:
     """Tune an absorber for the smallest worst case over the bands.
 
     The absorber is tuned for a set of structures. Then the structure with the worst case is added to the set, and the
-    absorber is tuned again, until the set contains the worst structure (method of exchange).
+    absorber is tuned again (method of exchange). The tuning ends when the set already contains this structure.
     """
     judged = judged_of(asked)
     # more damping hardly ever increases the motion of the structure

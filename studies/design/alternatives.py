@@ -41,7 +41,7 @@ class Alternative:
 
 
 def without(asked: Specification, parts: tuple[str, ...]) -> Specification:
-    """Return the specification of a damper without the quantities `parts`."""
+    """Return the specification of a damper that lacks the quantities `parts`."""
     gone = {name: Choice(0.0, 0.0) if name != "clearance_m" else Choice(1.0, 1.0) for name in parts}
     kept = {name: each for name, each in asked.tolerances.items() if name not in parts}
     return replace(asked, choices={**asked.choices, **gone}, tolerances=kept)

@@ -41,7 +41,7 @@ class Amount(TypedDict):
 
 
 class ReachedUnder(TypedDict):
-    """The condition under which a result with a limit is largest."""
+    """The condition under which a result reaches the value that its limit restricts."""
 
     frequency_ratio: Number
     frequency_hz: Number
@@ -346,7 +346,9 @@ def limits_of(found: Found) -> list[Limit]:
 
 
 def _reached_at(asked: Specification, at: tuple[Under, float] | None) -> ReachedUnder:
-    """Return the condition under which a result with a limit is largest. All values are None if `at` is None."""
+    """Return the condition under which a result reaches the value that its limit restricts. All values are None if `at`
+    is None.
+    """
     known: ReachedUnder = {
         "frequency_ratio": None,
         "frequency_hz": None,
@@ -426,7 +428,7 @@ def _times(value: float, found: Found) -> float | None:
 
 
 def _under_each(found: Found) -> list[Score]:
-    """Return the nominal worst case under each excitation, with excitations by records last."""
+    """Return the nominal worst case under each excitation. Excitations by records come last."""
     alone = not found.asked.excitations and len(found.asked.records) == 1
     return [*found.under, *(() if alone else found.under_records)]
 

@@ -123,7 +123,7 @@ class Build:
         return (self._contact_time(structure), *self.cavity.ratios(case))
 
     def _numbers_inside(self, structure: Structure) -> Inside:
-        """Return contact time over 1/ω_n, and the numbers of the cavity; zeros without a particle."""
+        """Return the contact time times ω_n, the friction coefficient and the tilt; zeros without a particle."""
         if self.particle_mass_kg == 0.0:
             return NOTHING_INSIDE
         return (self._contact_time(structure), *self.cavity.numbers.values())
@@ -158,11 +158,11 @@ class Build:
         return max((about.excess(self.limited(about), limit) for about, limit in own.items()), default=0.0)
 
     def own(self, frequency_ratio: float) -> float:
-        """Convert a frequency ratio from the nominal natural frequency to the natural frequency of this structure."""
+        """Convert a ratio to the nominal natural frequency into a ratio to the natural frequency of this structure."""
         return frequency_ratio / (1.0 + self.frequency_off)
 
     def nominal(self, frequency_ratio: float) -> float:
-        """Convert a frequency ratio from the natural frequency of this structure to the nominal natural frequency."""
+        """Convert a ratio to the natural frequency of this structure into a ratio to the nominal natural frequency."""
         return frequency_ratio * (1.0 + self.frequency_off)
 
     def moved(self, asked: Specification, shares: dict[str, float]) -> "Build":

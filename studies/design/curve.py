@@ -1,7 +1,7 @@
 """The known response of a damper over the frequency, under one amplitude, and its mean square over the band.
 
-Every frequency in hertz has the same weight. So the root of the mean square is the rms in time of a slow sweep through
-the band at a constant rate.
+Every frequency in hertz has the same weight. So the root of the mean square is the rms over time during a slow sweep
+through the band at a constant rate.
 """
 
 from collections.abc import Mapping

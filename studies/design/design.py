@@ -171,7 +171,7 @@ def _steps(asked: Specification, book: Book) -> Step[Found]:
 
 
 def beyond_of(excitation: Excitation) -> tuple[float, float]:
-    """Return the ends of the range of base amplitudes that is shown: half the smallest and twice the largest."""
+    """Return the ends of the shown range of base amplitudes: half the smallest and twice the largest amplitude."""
     return excitation.lowest_m / 2.0, excitation.highest_m * 2.0
 
 

@@ -84,7 +84,7 @@ class Found:
 
     @property
     def others(self) -> dict[Damper, Alternative]:
-        """The alternatives of another kind than the damper found."""
+        """The alternatives whose kind differs from the kind of the damper found."""
         return {kind: self.alternatives[kind] for kind in self._other_kinds if kind in self.alternatives}
 
     @property
@@ -128,7 +128,7 @@ class Found:
     def binding(self) -> Excitation:
         """The excitation with the stated worst case.
 
-        If that worst case is under a record, the excitation with the worst case over the bands.
+        If that worst case is under a record, this is the excitation with the worst case over the bands.
         """
         assert self.over is not None  # callers make sure that there is a band
         return binding(self.asked, self.stated, self.over)

@@ -1,10 +1,10 @@
 """Frequencies of a response over the band, chosen so that the peak of the response is found reliably.
 
-A particle that stays on its wall is added mass, and the structure then resonates at r = 1/√(1+β). Without forces of the
-particle, the structure resonates at r = 1. Between 1/√(1+β) and 1, and within a margin on either side,
-samples are spaced by the half width of the structure's own resonance, ζ. A resonance of this half width is a
-Lorentzian whose peak is at most half a step from a sample, so this sample reaches 1/√(1 + ¼) of the height of
-the peak. Every maximum that reaches the share `SHOWN` of the largest sample is then bracketed.
+A particle that stays on its wall is added mass, and the structure then resonates at r = 1/√(1+β). If the particle
+exerts no force, the structure resonates at r = 1. Between 1/√(1+β) and 1, and within a margin on either side, samples
+are spaced by the half width of the structure's own resonance, ζ. A resonance of this half width is a Lorentzian. Its
+peak is at most half a step from a sample, so this sample reaches 1/√(1 + ¼) of the height of the peak. Every maximum
+that reaches the share `SHOWN` of the largest sample is then bracketed.
 """
 
 import math
@@ -142,7 +142,9 @@ def brackets(r: NDArray[np.float64], values: NDArray[np.float64], shown: float =
 
 
 def _inside(one: float, other: float) -> set[float]:
-    """Return `INNER` frequencies that divide the interval between two frequencies; none if it is at most `NARROW` wide."""
+    """Return `INNER` frequencies that divide the interval between two frequencies; none if the interval is at most
+    `NARROW` wide.
+    """
     if abs(other - one) <= NARROW:
         return set()
     return {round(float(each), DIGITS) for each in np.linspace(one, other, INNER + 2)[1:-1]}
@@ -169,7 +171,7 @@ def onsets(r: NDArray[np.float64], impacts: NDArray[np.float64]) -> tuple[float,
 
 
 def between(r: NDArray[np.float64], values: NDArray[np.float64]) -> tuple[float, ...]:
-    """Return further frequencies in the wider intervals where the response is near its largest value.
+    """Return further frequencies in the intervals wider than `CLOSER` where the response is near its largest value.
 
     A peak that is narrower than the spacing of the samples may lie on the flank of a higher peak. On the
     flank no sample is a maximum, so `brackets` misses the narrow peak.

@@ -1,9 +1,9 @@
 """Response as a function of the particle's mass: the best damper found for each mass, with all other quantities chosen
 again.
 
-The search for a mass starts from the best damper of the neighbouring mass, and changes the quantities step by step as
-long as this improves the response. So each result is the best of the examined dampers, without tolerances. A tuned mass
-damper of the same mass is tuned under the same conditions.
+The search at each mass starts from the best damper of the neighbouring mass. It changes the other quantities step by
+step as long as the response improves. Each result is the best of the examined dampers, judged without tolerances. A
+tuned mass damper of the same mass is tuned under the same conditions.
 """
 
 from dataclasses import dataclass, replace
@@ -31,7 +31,7 @@ WIDEST, FINEST = 1 / 8, 1 / 16
 FULL = 2
 """Largest number of quantities that are changed together. With more quantities, each step changes one."""
 POOL = 4
-"""Number of dampers from the main search with which the search for a mass starts."""
+"""Number of dampers from the main search with which the search at one mass starts."""
 SAME = 1e-9
 """Relative difference within which two masses are equal."""
 
@@ -69,7 +69,7 @@ class OfMass:
 def masses_of(asked: Specification, recommended: Build) -> list[float]:
     """Return the masses for which the best damper is searched, including the recommended mass.
 
-    The masses cover the specified range. If the mass is given, the masses surround the given mass.
+    The masses cover the specified range. If the specification gives a single mass, the masses surround this mass.
     """
     choice, own = asked.choices[MASS], recommended.particle_mass_kg
     if choice.values:
@@ -86,7 +86,7 @@ def masses_of(asked: Specification, recommended: Build) -> list[float]:
 
 
 def front_of(search: Search, best: Candidate, most: int) -> Step[tuple[OfMass, ...]]:
-    """Find the best damper of every mass, from the recommended mass towards heavier and lighter masses.
+    """Find the best damper for each mass, from the recommended mass towards heavier and lighter masses.
 
     Parameters
     ----------
@@ -159,7 +159,7 @@ class _Looking:
 
 
 def _best_of(search: Search, mass: float, start: Candidate, cap: int) -> Step[tuple[OfMass, Candidate]]:
-    """Find the best damper of a mass.
+    """Find the best damper with a particle of one mass.
 
     The search starts from the best damper of a neighbouring mass, and from dampers of this mass that the main search
     examined.
@@ -188,10 +188,10 @@ def _best_of(search: Search, mass: float, start: Candidate, cap: int) -> Step[tu
 
 
 def _looker(search: Search, asked: Specification) -> Search:
-    """Return the search that examines dampers of a mass.
+    """Return the search that examines dampers with a particle of one mass.
 
-    The main search is used if the mass is within the specified range. A heavier particle needs other frequencies, and
-    so a new search.
+    The main search is used if the mass is within the specified range. A heavier particle needs other frequencies, so a
+    new search is made.
     """
     heavier = asked.choices[MASS].stop > search.asked.choices[MASS].stop
     return Search(asked, search.book, told=False) if heavier else search

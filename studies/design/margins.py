@@ -36,7 +36,7 @@ class Margin:
     fails_above: float | None
 
     def span(self, spelled: Callable[[float], str]) -> str:
-        """Write the range, and name the ends that are only the ends of the examined values."""
+        """Write the range. An end is marked if it is only the lowest or the highest examined value."""
         low, high = spelled(self.low), spelled(self.high)
         if low == high:
             return f"{low} only"
@@ -122,7 +122,7 @@ def _value(search: Search, build: Build, name: str, share: float) -> float | Non
 def _in_doubt(search: Search, rows: Iterable[list[Build]], stated: Score) -> list[Build]:
     """Return the builds that exceed the limits on the damper by at most `stated.violation`.
 
-    Builds with a larger excess fail, so the responses of those builds need not be computed.
+    A build with a larger excess fails, so its response need not be computed.
     """
     return [each for row in rows for each in row if each.excess(search.asked) <= stated.violation]
 

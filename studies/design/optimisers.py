@@ -122,7 +122,7 @@ def _divided(space: Space, values: Values, count: int) -> Wants:
 
 
 def best_apart(values: Values, count: int) -> list[Candidate]:
-    """Return the best candidates whose distance from each other exceeds `FAR`, at most `count`."""
+    """Return at most `count` candidates, the best first, whose distances from each other exceed `FAR`."""
     chosen: list[Candidate] = []
     for each in sorted(values, key=lambda each: (values[each], each)):
         if all(max(abs(a - b) for a, b in zip(each, other, strict=True)) > FAR for other in chosen):

@@ -138,8 +138,8 @@ def _nominal(build: Build, curve: Curve, under: Under, place: int) -> float:
 class _Judged(NamedTuple):
     """The judgement of one response.
 
-    `most` is an upper bound of `value`, `noise` is how much smaller `value` may be, and `place` is the index of the
-    largest response.
+    `most` is an upper bound of `value`, and `value - noise` is a lower bound. `place` is the index of the largest
+    response.
     """
 
     value: float

@@ -156,7 +156,7 @@ class Search:
         return self.glances | self.values
 
     def _search(self) -> Asks:
-        """Examine candidates until none of them may be better than the best."""
+        """Examine candidates until none of them can be better than the best one."""
         for candidates in spread(self.space, self.glances, self.effort):
             self._tell_of(candidates)
             yield from self._glance(candidates)
@@ -190,9 +190,9 @@ class Search:
     def _undecided(self) -> list[Candidate]:
         """Return the candidates that are most likely to be better than the best candidate.
 
-        For each returned candidate, only a lower bound of the value is known, and this bound is less than the
-        best value. At most `LIKELY` candidates are returned, the smallest bounds first. So the most likely
-        candidates are computed even if the budget then ends the search.
+        For each returned candidate, only a lower bound of the value is known, and this bound is less than the best
+        value. At most `LIKELY` candidates are returned, the smallest bounds first. So these candidates are computed
+        even if the budget then ends the search.
         """
         least = self.worth(self.robust[self.best()])
         found = (each for each in self.examined.items() if each[0] not in self.robust and each[1] < least)
@@ -281,8 +281,8 @@ class Search:
     def _known_of(self, build: Build) -> Score:
         """Return the score of a build from its known results.
 
-        If the peaks of a build were not bracketed, its response is small, and its error omits the possible
-        rise of the response between computed frequencies.
+        The peaks of a build with a small response are not bracketed. The error of such a build omits the possible rise
+        of the response between computed frequencies.
         """
         one = self.score(build)
         close = self._level[build] >= CLOSEST or self.asked.measure.mean
@@ -313,7 +313,9 @@ class Search:
         return [nominal, *(nominal.moved(self.asked, corner) for corner in self.corners)]
 
     def known(self, builds: Iterable[Build], level: int, amplitudes: Iterable[Under] = ()) -> Asks:
-        """Compute builds up to an accuracy level: 0 for a coarse look, `CLOSE` for the survey, at most `SURE`."""
+        """Compute builds up to an accuracy level: 0 for a coarse computation, `CLOSE` for every frequency of the
+        survey, at most `SURE`.
+        """
         every = list(dict.fromkeys(builds))
         at = tuple(amplitudes) or self.amplitudes
         for stage in range(level + 1):

@@ -121,7 +121,9 @@ class Shelf:
         raise DesignNotFound("design", _matched(reference, found), "the id of one design", WHERE)
 
     def _matching(self, reference: str, trash: bool) -> set[str]:
-        """Return the ids of the designs with an id, else with a name, else with first digits of the id."""
+        """Return the ids of the designs that match `reference`: as an id, else as a name, else as the first digits of
+        an id.
+        """
         ids = self._in_trash() if trash else self.ids()
         if reference in ids:
             return {reference}
@@ -313,7 +315,7 @@ class Shelf:
         raise DesignNotFound("design", _matched(reference, found), allowed, advice, told)
 
     def undelete(self, reference: str) -> Kept:
-        """Restore a design from the trash, which is found in the same way as by `find`.
+        """Restore a design from the trash. The design is found in the same way as by `find`.
 
         Raises
         ------
@@ -342,7 +344,7 @@ class Shelf:
     def pieces(self, design_id: str) -> dict[str, bytes]:
         """Return the content of each file of a design.
 
-        If the design ends meanwhile, all files are either from before the end or from after the end.
+        If the design ends while its files are read, either `END` is missing, or every file is from after the end.
         """
         folder, found = self._folder.at(design_id), {}
         # `END` is read first, because it is written last

@@ -95,7 +95,7 @@ def limited(asked: Specification, limit: str, value: float) -> str:
 
 
 def rounded_up(value: float, digits: int = 4) -> float:
-    """Round up to a number of significant digits, because an advised limit must be sufficient."""
+    """Round up to `digits` significant digits, because an advised limit must be sufficient."""
     if not isfinite(value) or value <= 0.0:
         return value
     scale = 10.0 ** (digits - 1 - floor(log10(value)))

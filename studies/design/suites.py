@@ -1,4 +1,4 @@
-"""Ground-motion suites that compute the responses of dampers to records, and the results in the cubes of the suites."""
+"""Ground-motion suites that compute the responses of dampers to records, and reading of their results."""
 
 from collections.abc import Iterable, Iterator
 from dataclasses import replace

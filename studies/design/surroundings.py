@@ -1,4 +1,6 @@
-"""Results beside the recommended damper: margins, other amplitudes, other masses, and other kinds of damper."""
+"""Results for comparison with the recommended damper: margins, other amplitudes, other masses, and other kinds of
+damper.
+"""
 
 from dataclasses import dataclass, field
 

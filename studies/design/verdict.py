@@ -102,7 +102,7 @@ def is_as_good(theirs: Score, ours: Score) -> bool:
 def _best(found: Found, bare: float | None) -> tuple[Damper, Alternative | Beside | float | None]:
     """Return the kind of damper to build, and its results.
 
-    The results are None if the damper found is to be built.
+    The results are None if the verdict is to build the damper found.
 
     `bare` is the result of `_without_damper`.
     """
@@ -141,7 +141,7 @@ def _tuned_wins(tuned: Beside, ours: Score) -> bool:
 def _without_damper(asked: Specification) -> float | None:
     """Return the worst case of the structure without a damper, within its tolerances.
 
-    None under records, and if a result other than the measure has a limit.
+    The function returns None under records, and if a result other than the measure has a limit.
     """
     if asked.cases or asked.limits.keys() - {asked.measure.limit}:
         return None
@@ -268,7 +268,8 @@ def _said(found: Found, note: Note) -> str:
 
 
 def _draws(found: Found) -> int:
-    """Count the records drawn from the random process that causes the worst case; 0 if no random record causes it.
+    """Count the records drawn from the random process of the worst case; 0 if the worst case is not under a random
+    record.
 
     A further value of a continuous distribution exceeds the largest of n values with probability 1/(n + 1). The
     probability is larger if the damper was chosen for the n records that gave the n values.
@@ -292,9 +293,9 @@ def _nearly_clamped(found: Found, build: Build) -> bool:
 
 
 def _grown(found: Found, build: Build) -> tuple[Amplitude, float, bool] | None:
-    """Return the doubled largest amplitude, the result under it, and whether the result is exact.
+    """Return twice the largest amplitude, the result under this amplitude, and whether the result is exact.
 
-    None if the result does not grow by more than `GROWS` times the growth of the amplitude.
+    The function returns None if the result divided by the amplitude grows by at most the factor `GROWS`.
     """
     asked = found.asked
     if not asked.excitations or asked.cases or asked.measure.mean:
@@ -376,8 +377,8 @@ def _accelerates(found: Found, damper: Damper) -> Iterator[tuple[str, str, str]]
 def acceleration_g(found: Found) -> float | None:
     """Return the largest acceleration of the structure with the damper over the bands, in g.
 
-    None where no closed form exists: under a force, under records, with a contact that takes time, and for a
-    specification in ratios.
+    The function returns None where no closed form exists: under a force, under records, with a contact that takes time,
+    and for a specification in ratios.
     """
     asked, build = found.asked, found.build
     takes_time = bool(asked.choices["restitution"].contact_times_s)

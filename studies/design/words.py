@@ -1,4 +1,4 @@
-"""The details of a design, in sentences: results for its limits, margins, and method."""
+"""The details of a design in sentences: the limits and the values reached, the margins, and the method."""
 
 from collections.abc import Iterator, Mapping
 from functools import partial
@@ -43,7 +43,7 @@ ENDED: Mapping[str, str] = {
 
 
 def details_of(found: Found, damper: Damper) -> list[str]:
-    """Write all findings as sentences, first the drawing of `damper`, the kind that the verdict names."""
+    """Write all findings as sentences. `damper` is the kind of damper that the verdict names."""
     return [
         *_recommended(found, damper),
         *_damper(found, called_of(found, damper)),
@@ -154,7 +154,8 @@ def _limits(found: Found) -> Iterator[str]:
 
 
 def _where(found: Found, name: str) -> str:
-    """Name the frequency at which a result with a limit is largest, and the excitation if there are several.
+    """Name the frequency at which a result reaches the value that its limit restricts, and the excitation if there are
+    several.
 
     The text is empty for the limit on the measure.
     """
@@ -210,7 +211,7 @@ def _builds(found: Found) -> Iterator[str]:
 
 
 def _starts(found: Found) -> Iterator[str]:
-    """Describe the responses after starts other than rest."""
+    """Describe the responses after starts from other states than rest."""
     asked, starts = found.asked, found.starts
     if starts is None:
         return

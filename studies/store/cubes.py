@@ -63,7 +63,7 @@ class Cubes:
         self.catalogue.close()
 
     def cube_shelf(self, study_id: str, number: int) -> Shelf:
-        """Return the storage location of a study's cube, given the id and the number of the study."""
+        """Return the storage location of a study's cube, given the id and the serial number of the study."""
         return self.shelf.at(cube_name(study_id, number))
 
     def find_cube(self, study_id: str) -> Shelf:
@@ -93,7 +93,7 @@ class Cubes:
         return open_cube(shelf, marks).assign_attrs(title=row.name)
 
     def snapshot(self, study_id: str, revision: int | None = None) -> tuple[Shelf, Marks]:
-        """Return the storage location of a cube, and the generation of every block that was done at a revision.
+        """Return the storage location of a cube, and the generation of each block that was already done at a revision.
 
         By default, the current revision is used.
 
@@ -142,7 +142,7 @@ class Cubes:
         return row, shelf, kept[1]
 
     def steadily(self, study_id: str, read: Callable[[], Result]) -> Result:
-        """Call a function that reads a study. If blocks are invalidated meanwhile, call it again.
+        """Call a function that reads a study. If blocks are invalidated meanwhile, call the function again.
 
         The files of invalidated blocks are removed when the blocks are done again, so a reader may miss a file.
 
@@ -163,7 +163,7 @@ class Cubes:
         return read()
 
     def _invalidated(self, study_id: str) -> tuple[int, int]:
-        """Return the number of a study, and the revision at which its blocks were last invalidated."""
+        """Return the serial number of a study, and the revision at which its blocks were last invalidated."""
         with self.catalogue.reading() as connection:
             row = study_row(connection, study_id)
         return row.number, row.taken_back

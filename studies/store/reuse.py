@@ -117,7 +117,7 @@ class Boxes:
         self._boxes = np.array(list(boxes.values()), np.float64)
 
     def near(self, record: Record, box: list[list[float]]) -> Iterator[Record]:
-        """Yield the other studies of the family whose bounding boxes overlap `box`, that of `record`."""
+        """Yield the other studies of the family whose bounding boxes overlap `box`, the bounding box of `record`."""
         if not self._numbers:
             return
         low, high = np.array(box, np.float64).reshape(len(box), 2).T

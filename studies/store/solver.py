@@ -108,7 +108,7 @@ def hash_of(root: Path, names: Iterable[str]) -> str:
 
 
 def computing_lines(text: str) -> Iterator[str]:
-    """Yield the lines of code in a source: no comments, blank lines or docstrings, not even of constants.
+    """Yield the lines of code in a source. Comments, blank lines and all docstrings, also of constants, are left out.
 
     A line that begins with three quotes starts a docstring. A comment after code is kept if the line has a double
     quote, because the # may then be part of a string.

@@ -276,7 +276,9 @@ def _add(catalogue: Catalogue, shelf: Shelf, study_id: str, number: int, found: 
 
 
 def _read(shelf: Shelf, study_id: str, found: Rebuilt) -> _Cube | None:
-    """Read a cube. If its removal was interrupted, complete the removal, count the deletion, and return None."""
+    """Read a cube. If the removal of the cube was interrupted, complete the removal, count the deletion, and return
+    None.
+    """
     deleted = read_tombstone(shelf)
     try:
         described = describe_cube(shelf.get(DESCRIPTION))
@@ -298,7 +300,7 @@ def _read(shelf: Shelf, study_id: str, found: Rebuilt) -> _Cube | None:
 
 
 def _remove_damaged(connection: Connection, study_id: str, number: int) -> None:
-    """Remove damaged rows of a study with their done-marks, because the cube contains the same data."""
+    """Remove damaged rows of a study and their done-marks. The cube contains the same data."""
     query = select(studies).where(or_(studies.c.number == number, studies.c.id == study_id))
     for row in connection.execute(query).all():
         if not is_sound(studies, row):
@@ -319,7 +321,9 @@ def _insert_study(connection: Connection, cube: _Cube, study_id: str, number: in
 
 
 def _sound_marks(connection: Connection, number: int) -> tuple[set[int], int]:
-    """Remove the damaged done-marks of a study. Return the blocks of the other done-marks, and the number removed."""
+    """Remove the damaged done-marks of a study. Return the blocks of the intact done-marks, and the number of removed
+    done-marks.
+    """
     sound, lost = set(), 0
     for mark in rows_of_marks(connection, number):
         if is_sound(done_blocks, mark):

@@ -99,9 +99,9 @@ def collect_garbage(
 ) -> Swept:
     """Remove all unused files of a store. No valid file of an existing study is removed.
 
-    The function removes superseded files of studies without a claim, cubes of deleted studies, interrupted exports, and
-    cubes without results that have had no study for `orphan_seconds`. Files that were written less than `older_than`
-    seconds ago are kept. A dry run reports the files without removing them.
+    Unused files are superseded files of studies without a claim, cubes of deleted studies, and interrupted exports. A
+    cube without results is unused, too, if it has had no study for `orphan_seconds`. Files that were written less than
+    `older_than` seconds ago are kept. A dry run reports the files without removing them.
 
     Returns
     -------
@@ -147,7 +147,9 @@ def _limit(older_than: float) -> float:
 
 
 def _passed(limit: float) -> float:
-    """Return a limit for the times of deletions. Studies in the trash have a later time than now, and are kept."""
+    """Return the time before which a study must have left the trash for its cube to be removed. This time is never
+    later than now.
+    """
     return min(limit, time.time())
 
 
@@ -179,7 +181,8 @@ def _unowned_cube(
 ) -> Swept:
     """Remove a cube that has no study and was last changed before the time `before`.
 
-    `row` has the number of the cube, and `has_study` is true if the catalogue has the study under any number.
+    `row` is the catalogue's row with the serial number of the cube. `has_study` is true if the catalogue has the study
+    under any serial number.
     """
     study_id = name.rpartition("-")[0]
     deleted = row.id == study_id
@@ -227,7 +230,7 @@ def _describes(shelf: Shelf, study_id: str) -> bool:
 
 
 def _take_back(store: Store, number: int) -> bool:
-    """Withdraw a reserved number. Return False if a study already has this number."""
+    """Withdraw a reserved serial number. Return False if a study already has this serial number."""
     change = update(studies).where(studies.c.number == number, NEVER_ENTERED).values(state="cancelled")
     with store.catalogue.writing() as connection:
         return connection.execute(change).rowcount == 1

@@ -119,7 +119,7 @@ def _holds(store: Store, study_id: str, mark: Row[Any]) -> bool:
 
 @dataclass(frozen=True)
 class _Entry:
-    """What the catalogue has of a study at one moment."""
+    """The catalogue's rows of a study at one moment."""
 
     row: Row[Any]
     marks: Sequence[Row[Any]]
@@ -136,7 +136,7 @@ class _Entry:
 
     @property
     def whole_marks(self) -> list[Row[Any]]:
-        """The done-marks whose index is a number."""
+        """The done-marks whose block index is an integer."""
         return [mark for mark in self.marks if isinstance(mark.block, int)]
 
 

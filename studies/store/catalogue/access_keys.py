@@ -29,7 +29,7 @@ class KeyFault(StoreFault):
 
 @dataclass(frozen=True)
 class AccessKey:
-    """An access key without the secret part, as the catalogue stores keys.
+    """An access key as the catalogue stores it, without the secret part.
 
     Parameters
     ----------

@@ -41,7 +41,7 @@ def cube_name(study_id: str, number: int) -> str:
 
 
 def parse_cube_name(name: str) -> tuple[str, int] | None:
-    """Read the study's id and number from the name of a cube's folder; return None for any other name."""
+    """Read the study's id and serial number from the name of a cube's folder; return None for any other name."""
     found = re.fullmatch(r"([0-9a-f]{12}(?:-[0-9]{1,9})?)-([0-9]{1,18})\.zarr", name)
     return (found[1], int(found[2])) if found else None
 
@@ -296,7 +296,9 @@ def holds_results(cube: Shelf) -> bool:
 
 
 def is_of_block(entry: Entry) -> bool:
-    """Whether a file of a cube belongs to a block. The names of such files contain a generation after a tilde."""
+    """Whether a file of a cube belongs to a block. The name of such a file ends with a tilde and the name of the
+    attempt to compute the block.
+    """
     return "~" in entry.key
 
 

@@ -57,7 +57,7 @@ def change_study(connection: Connection, number: int, change: Mapping[str, Any])
 
 
 def last_number(connection: Connection) -> int:
-    """Return the largest number in the table of studies, also of deleted studies; 0 for an empty table."""
+    """Return the largest serial number of a study, including deleted studies; 0 for an empty table."""
     return int(connection.execute(select(func.coalesce(func.max(studies.c.number), 0))).scalar_one())
 
 
@@ -129,7 +129,7 @@ def unknown_study(connection: Connection, ref: str) -> StudyNotFound:
 
 
 def too_few_digits(ref: str, fits: Sequence[Row[Any]]) -> StudyNotFound:
-    """Return the error for first digits of an id that are too few, or that fit several studies."""
+    """Return the error for the first digits of an id, if they are too few or fit several studies."""
     known = ", ".join(f"{row.id} ({row.name})" for row in fits[:3])
     fitting = f"{printable(ref)} fits {known}"
     if len(ref) < FIRST_DIGITS:
@@ -147,9 +147,10 @@ def too_few_digits(ref: str, fits: Sequence[Row[Any]]) -> StudyNotFound:
 def marks_of(
     connection: Connection, row: Row[Any], *, after: int | None = None, upto: int | None = None
 ) -> dict[int, str]:
-    """Return the generation of every done block of a study, by the block's index.
+    """Return the generation of each done block of a study, by the block's index.
 
-    Only blocks are returned that were done after the revision `after`, and not later than the revision `upto`.
+    A generation is the unique name of an attempt to compute a block. A block is returned only if it was done after the
+    revision `after`, and not later than the revision `upto`.
 
     Raises
     ------
@@ -279,7 +280,9 @@ def last_event(connection: Connection, study_id: str) -> float | None:
 
 
 def advance_counters(connection: Connection) -> None:
-    """Set PostgreSQL's sequences to the largest number in each table, after rows with given numbers were inserted."""
+    """Set PostgreSQL's sequences to the largest serial number in each table, after rows with given serial numbers were
+    inserted.
+    """
     if connection.dialect.name != "postgresql":
         return
     for table in (studies, events):

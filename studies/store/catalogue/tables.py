@@ -22,7 +22,7 @@ metadata = MetaData()
 studies = Table(
     "studies",
     metadata,
-    # number of the study, which is never used again, so that no study gets the files of a deleted study
+    # serial number of the study; it is never used again, so that no study gets the files of a deleted study
     Column("number", Integer, primary_key=True),
     # the first digits of the digest, followed by the version if the version is above 1
     Column("id", String(24), nullable=False),

@@ -9,10 +9,10 @@ with a checksum.
 
 Every byte has a checksum. The header names the study, so that a lost catalogue can be rebuilt.
 
-Every attempt to compute a block has a unique name, the generation, and writes a new file with the generation in the
-file name. For each complete block, the catalogue stores one generation, and readers read only the file of this
-generation. No file is ever overwritten, so a reader never mixes two attempts. If the file is lost or damaged, reading
-raises an error and never returns a fill value.
+Every attempt to compute a block has a unique name, the generation. The attempt writes a new file, and the name of the
+file contains the generation. For each complete block, the catalogue stores one generation, and readers read only the
+file of this generation. No file is ever overwritten, so a reader never mixes two attempts. If the file is lost or
+damaged, reading raises an error and never returns a fill value.
 """
 
 import json
@@ -37,7 +37,9 @@ BLOCKS = "blocks"
 """Name of the folder in a cube that contains the block files."""
 
 Marks = Mapping[int, str]
-"""The generation of every done block, by the block's index."""
+"""The generation of each done block, by the block's index. A generation is the unique name of an attempt to compute a
+block.
+"""
 
 _MAGIC = b"DAMPBLK1"
 _FRAME = struct.Struct("<8sII")
@@ -101,7 +103,8 @@ def write_region(
     generation: str = "",
     fields: Mapping[str, Any] | None = None,
 ) -> BlockOutcome:
-    """Write the file of one block, and return when the file is on the disk. Set the done-mark only then.
+    """Write the file of one block, and return when the file is on the disk. The caller must not set the done-mark
+    earlier.
 
     Parameters
     ----------
@@ -229,9 +232,9 @@ def read_part(shelf: Shelf, digest: str, index: int, generation: str, variable: 
 
 
 def read_whole(shelf: Shelf, described: Description, index: int, generation: str) -> tuple[Header, bytes]:
-    """Read and check a block's file; raise `ValueError` for damage or the file of another block, `OSError` as `get`.
+    """Read and check a block's file. Return the header and the content of the file.
 
-    Return the header and the content of the file.
+    Raise `ValueError` if the file is damaged or belongs to another block, and `OSError` if it cannot be read.
     """
     content = shelf.get(block_key(index, generation))
     header = parse_header(content)

@@ -122,7 +122,7 @@ def _found(
     chunk: Callable[[tuple[int, ...]], np.ndarray | None],
     readers: int,
 ) -> Iterator[tuple[Any, Any, np.ndarray | None]]:
-    """Yield the place in the result, the part to copy, and the decoded values of each needed chunk."""
+    """For each needed chunk, yield its place in the result, the part to copy, and the decoded values."""
     turned = (tuple(zip(*box, strict=True)) for box in boxes)
     if readers == 1:
         yield from ((into, taken, chunk(place)) for place, into, taken in turned)

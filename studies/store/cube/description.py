@@ -295,7 +295,7 @@ def _coordinate(name: str, values: np.ndarray, study: AnyStudy) -> dict[str, Any
 
 
 def _is_single_number(values: np.ndarray) -> bool:
-    """Whether a coordinate is stored as the fill value of its array, so that it needs no chunk."""
+    """Whether a coordinate is a single number. Its array then stores this number as the fill value, and needs no chunk."""
     return len(values) == 1 and values.dtype.kind != "U"
 
 

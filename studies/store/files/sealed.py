@@ -11,7 +11,9 @@ _FIELD = re.compile(rb'"crc32c": "([0-9a-f]{8})"')
 
 
 def seal(content: bytes) -> bytes:
-    """Return a document with its checksum, which is computed with the placeholder in the field `crc32c`."""
+    """Return a document with its checksum in the field `crc32c`. During the computation of the checksum, this field
+    contains the placeholder.
+    """
     blank = _FIELD.sub(f'"crc32c": "{PLACEHOLDER}"'.encode(), content)
     if len(_FIELD.findall(blank)) != 1:
         raise ValueError("the document must have exactly one place for its checksum")

@@ -165,7 +165,8 @@ class Blocks(States):
         StudyBusy
             If another process works on the study.
         TooManyUnfinished
-            If `in_turn` is set, and an ended study would exceed the limit of waiting and running studies.
+            If `in_turn` is set, the study has ended, and queuing it again would exceed the limit of waiting and running
+            studies.
         """
 
         def look(connection: Connection) -> Row[Any]:

@@ -150,8 +150,8 @@ class Claims(Blocks):
     def claim_all(self, ids: Sequence[str], owner: str, identity: str) -> list[Record]:
         """Claim and start the queued studies that were never started and have no owner.
 
-        A study is skipped if its recorded identity is not `identity`, the identity of the owner's solver and
-        processor; see `damperlab.studies.store.solver.identity_of`.
+        `identity` identifies the owner's solver and processor; see `damperlab.studies.store.solver.identity_of`. A
+        study with another recorded identity is skipped.
         """
         taken = []
         with self.catalogue.writing() as connection:
@@ -174,7 +174,7 @@ class Claims(Blocks):
             connection.execute(change.values(claimed(owner)))
 
     def finish_all(self, owner: str, outcomes: Mapping[str, BlockOutcome]) -> None:
-        """Set the done-mark of each study's only block. End each study whose cube contains the mark."""
+        """Set the done-mark of each study's only block. End each study whose done-mark is also in its cube."""
         with self.catalogue.writing() as connection:
             marked = [
                 each for each, outcome in outcomes.items() if self._mark_one(connection, each, outcome, owner)

@@ -57,7 +57,8 @@ class Deletion(Cubes):
             put_tombstone(self.cube_shelf(study_id, row.number), until)
 
     def trashed(self, ref: str) -> Record:
-        """Return the record of the last deleted study with this id or name that can be restored.
+        """Return the record of the study in the trash with this id or name. If there are several, the last deleted one
+        is used.
 
         Raises
         ------
@@ -98,8 +99,8 @@ class Deletion(Cubes):
     def bury(self, before: float | None = None, stop: Callable[[], bool] = lambda: False) -> None:
         """Remove the files of deleted studies, then the done-marks and definitions of these studies.
 
-        An empty row remains in the catalogue, so that the number and the revisions of the study are never used again.
-        Only studies deleted up to the time `before` are removed (in seconds since 1970, by default now). The
+        An empty row remains in the catalogue, so that the serial number and the revisions of the study are never used
+        again. Only studies deleted up to the time `before` are removed (in seconds since 1970, by default now). The
         function `stop` is called before each study; if it returns true, the remaining studies are left for later.
         """
         c = studies.c

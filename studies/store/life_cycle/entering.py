@@ -1,4 +1,4 @@
-"""Entry of new studies into the catalogue: reserve numbers, create the cubes, and write the rows."""
+"""Entry of new studies into the catalogue: reserve serial numbers, create the cubes, and write the rows."""
 
 import json
 import math
@@ -109,7 +109,7 @@ class Entering(Cubes):
         decide: Callable[[Connection], tuple[list[Submission], Callable[[list[Record]], _Answer]]],
         what: str,
     ) -> _Answer:
-        """Enter studies in three steps: reserve numbers, create the cubes, and write the rows.
+        """Enter studies in three steps: reserve serial numbers, create the cubes, and write the rows.
 
         The cubes are created outside any transaction, so that a slow disk or server does not block other writers. If
         the process is killed between the steps, `collect_garbage` removes the empty cubes.
@@ -155,7 +155,7 @@ class Entering(Cubes):
         return answered
 
     def _reserve(self, connection: Connection, entries: Sequence[Submission]) -> list["_Made"]:
-        """Reserve new numbers by inserting rows that have no id and are marked as deleted."""
+        """Reserve new serial numbers by inserting rows that have no id and are marked as deleted."""
         now = time.time()
         texts = dict.fromkeys(("id", "digest", "name", "definition", "provenance"), "")
         sizes = {"points_total": 0, "blocks_total": 0, "shape": "[]", "chunk": "[]"}
@@ -169,7 +169,7 @@ class Entering(Cubes):
             self.shelf.make({each.name: each.files() for each in fresh}, (BLOCKS,))
 
     def _discard(self, several: Sequence["_Made"]) -> None:
-        """Remove cubes whose studies were not entered, and withdraw the reserved numbers."""
+        """Remove cubes whose studies were not entered, and withdraw the reserved serial numbers."""
         with suppress(StoreFault, OSError):
             # withdraw only numbers that are still reserved: a rebuild may have assigned the others to studies
             ours: set[int] = set()
@@ -183,7 +183,7 @@ class Entering(Cubes):
             self._give_back(ours)
 
     def _give_back(self, numbers: Iterable[int]) -> None:
-        """Remove the rows of unused reserved numbers. The database never assigns these numbers again."""
+        """Remove the rows of unused reserved serial numbers. The database never assigns these serial numbers again."""
         with suppress(StoreFault):
             for some in pieces(numbers):
                 with self.catalogue.writing() as connection:
@@ -292,7 +292,7 @@ class _Made:
 
 
 def _still_reserved(connection: Connection, several: Iterable[_Made]) -> set[int]:
-    """Return the cubes' numbers, without numbers that are no longer reserved."""
+    """Return those serial numbers of the cubes that are still reserved."""
     found: set[int] = set()
     for some in pieces(each.number for each in several):
         query = select(studies.c.number).where(studies.c.number.in_(some), RESERVED)

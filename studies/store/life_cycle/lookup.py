@@ -128,7 +128,9 @@ class Wanted:
         return bool(reaches and (self.high is None or first <= self.high))
 
     def _ends_in_units(self, definition: dict[str, Any]) -> list[float] | None:
-        """Return the least and the greatest value of the axis in a physical block; None if the block lacks the axis."""
+        """Return the lowest and the highest value along `axis` in the physical block; None if the block has no such
+        entry.
+        """
         physical = definition.get("physical") or {}
         # the excitation frequency has different names in the physical block and as a coordinate
         own = {coordinate: name for name, coordinate in ALIASES.items()}
@@ -156,7 +158,7 @@ class Lookup(Cubes):
         Raises
         ------
         StudyNotFound
-            If no study fits, several studies fit the digits, or fewer than `FIRST_DIGITS` digits are given.
+            If no study fits, if the digits fit several studies, or if fewer than `FIRST_DIGITS` digits are given.
         """
         ref = storable(ref)
         with self.catalogue.reading() as connection:
@@ -176,7 +178,7 @@ class Lookup(Cubes):
             return record_of(max(fits, key=lambda row: row.version))  # the newest of several versions
 
     def namesakes(self, record: Record) -> int:
-        """Count the other studies with the name of a study. Versions of the study itself do not count."""
+        """Count the other studies that have the same name as a study. Versions of the study itself do not count."""
         others = ALIVE, studies.c.name == record.name, studies.c.digest != record.digest
         with self.catalogue.reading() as connection:
             return int(connection.execute(select(func.count()).where(*others)).scalar_one())

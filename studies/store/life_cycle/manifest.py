@@ -59,15 +59,15 @@ def keep_marks(store: Cubes, study_id: str, changes: Mapping[str, Any]) -> None:
 
 
 def put_off_marks(connection: Connection, study_id: str) -> None:
-    """Note in the catalogue that the done-marks of a study must be written into its cube later.
+    """Record a note in the catalogue: the done-marks of a study must be written into its cube later.
 
-    Each note has a unique text, so that a process that has written the marks does not delete a newer note.
+    Each note has a unique text. So a process that has written the marks deletes only the note that it has read.
     """
     remember(connection, f"{PUT_OFF}{study_id}", uuid.uuid4().hex)
 
 
 def marks_put_off(connection: Connection, study_id: str) -> str | None:
-    """Return the note of `put_off_marks` for a study; None if no done-marks must still be written."""
+    """Return the note of `put_off_marks` for a study; None if there is no such note."""
     return fact(connection, f"{PUT_OFF}{study_id}")
 
 

@@ -124,7 +124,9 @@ class States(Lookup):
         return record_of(study_row(connection, study_id))
 
     def _require_turn(self, connection: Connection, row: Row[Any]) -> None:
-        """Raise `TooManyUnfinished` if queuing an ended study would exceed the limit on unfinished ones."""
+        """Raise `TooManyUnfinished` if the study has ended, and queuing it again would exceed the limit of waiting and
+        running studies.
+        """
         if row.state in ENDED:
             Ledger(connection, self.quota).enter(row.submitted_by, 0, 0, 1)
 
@@ -204,7 +206,7 @@ class States(Lookup):
             log_event(connection, study_id, storable(what))
 
     def _keep_marks_of_done(self, study_id: str, message: str | None, now: float) -> None:
-        """Write the done-marks of a study that is about to be done; raise `StoreFault` if this fails."""
+        """Write the done-marks of a study before its state becomes `done`; raise `StoreFault` if this fails."""
         told = {} if message is None else {"message": message or None}
         with using(self.shelf.address):
             keep_marks(self, study_id, {"state": "done", "finished": now} | told)
@@ -263,7 +265,8 @@ class States(Lookup):
     def settle_marks(self, study_id: str) -> None:
         """Make the list of done-marks in a cube agree with the catalogue, and delete the note of `put_off_marks`.
 
-        If the study has ended, the list is written, else removed. If the study changes meanwhile, this is repeated.
+        The list is written if the study has ended, and removed otherwise. Both are repeated if the study changes
+        meanwhile.
         """
         with self.catalogue.reading() as connection:
             note = marks_put_off(connection, study_id)
@@ -285,14 +288,16 @@ class States(Lookup):
             connection.execute(delete(facts).where(facts.c.key == key, facts.c.value == note))
 
     def _end_of(self, study_id: str) -> tuple[Any, ...] | None:
-        """Return values that another end of the study would change; None if the study has not ended."""
+        """Return the state, the revision and the end time of a study; None if the study has not ended."""
         with self.catalogue.reading() as connection:
             row = study_row(connection, study_id)
         return (row.state, row.revision, row.finished) if row.state in ENDED else None
 
 
 def _may_begin(row: Row[Any], facts: Mapping[str, str], owner: str | None) -> bool:
-    """Whether `owner` may replace the recorded solver: `facts` names another solver, and no block is done."""
+    """Whether `owner` may replace the recorded solver. The solver in `facts` must be another one, no block may be done,
+    and no other owner may have the claim.
+    """
     known = json.loads(row.provenance).get("identity") == facts["identity"]
     return not known and not row.blocks_done and owner in (None, row.claim_owner)
 

@@ -228,7 +228,7 @@ class _Asked:
                 )
 
     def take_keys(self, some: Iterable[Submission]) -> None:
-        """Assign the idempotency keys of a list of submissions to the definitions."""
+        """For each idempotency key in a list of submissions, record the definition for which the key is used."""
         new = {one.key: one.study.digest for one in some if one.key and one.key not in self._keys}
         self._new |= new
         self._keys |= new
