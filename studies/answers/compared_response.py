@@ -7,14 +7,14 @@ import numpy as np
 import xarray as xr
 from numpy.typing import NDArray
 
-from damperlab.studies.answers.alike import alike, beside
+from damperlab.studies.answers.alike import alike, beside, require_equal
 from damperlab.studies.answers.band import runs
 from damperlab.studies.answers.frequency_response import FREQUENCY, frequency_response
 from damperlab.studies.answers.leading import at_its_place
-from damperlab.studies.answers.phrases import RATIOS, Phrases, noted, said
+from damperlab.studies.answers.phrases import Phrases, noted, said
 from damperlab.studies.answers.query_fault import refused
 from damperlab.studies.answers.selection import check_metric, coded, main_metric
-from damperlab.studies.faults import counted, listing
+from damperlab.studies.faults import counted
 from damperlab.studies.questions import Selection
 from damperlab.studies.variables import BEFORE
 
@@ -75,20 +75,17 @@ def compared_response(
     if coded(cube, metric):
         advice = "choose a quantity, or ask for each study alone"
         raise refused("metric", metric, "a quantity where two studies are compared", advice)
+    both = Phrases.of(cube), Phrases.of(other)
     for name in first.coords:
-        ours, theirs = first[name].values, second[name].values
         # a study with particle friction or gravity may be compared with a study that has neither
-        if name not in BEFORE and not np.array_equal(ours, theirs):
-            of, had, found = spans_apart(str(name), (cube, ours), (other, theirs))
-            advice = f"name a study with the same {of}, or subtract their maps with `minus`"
-            told = f"The studies differ in {of}: {had} in the first, {found} in the second."
-            raise refused("with", found, had, advice, told)
+        if name not in BEFORE:
+            require_equal("with", both, first[name], second[name], "subtract their maps with `minus`")
     errors = _errors(cube, metric, selection) + _errors(other, metric, selection)
     a, b = first[metric].values, second[metric].values
     distance = np.abs(a - b)
     limit = ERRORS * errors + ROUNDING * np.maximum(np.abs(a), np.abs(b))
-    both = np.isfinite(distance)
-    unknown = both & ~np.isfinite(limit)
+    known = np.isfinite(distance)
+    unknown = known & ~np.isfinite(limit)
     differs = distance > limit  # False if a value or an error is unknown
     answer = beside(first, second, metric, "amplitude_error", "response_class", "status")
     answer["differs"] = (
@@ -111,7 +108,7 @@ def compared_response(
         }
 
     def sentence(phrases: Phrases) -> str:
-        if not both.any():
+        if not known.any():
             return "No frequency has a value in both studies."
         words = f"The two responses differ nowhere by more than {ERRORS:g} times their errors."
         if differs.any():
@@ -129,8 +126,8 @@ def compared_response(
             )
         if unknown.any():
             words += f" At {counted(int(unknown.sum()), 'frequency ratio')} an error is unknown, so nothing is compared there."
-        if not both.all():
-            lacking = counted(int((~both).sum()), "frequency ratio")
+        if not known.all():
+            lacking = counted(int((~known).sum()), "frequency ratio")
             words += f" At {lacking} one of the two has no value, so nothing is compared there."
         return words
 
@@ -139,35 +136,6 @@ def compared_response(
 
     answer.attrs |= noted(first.attrs, said(cube, words))
     return answer
-
-
-def spans_apart(
-    name: str, ours: tuple[xr.Dataset, NDArray[Any]], theirs: tuple[xr.Dataset, NDArray[Any]]
-) -> tuple[str, str, str]:
-    """Name a dimension, and describe its values in each of two studies that have different values.
-
-    The values are described by their ends, in units if both studies have units. If the two descriptions are equal,
-    the ratios are described, and the value with the largest difference is added to each.
-    """
-    both = [Phrases.of(cube) for cube, _ in (ours, theirs)]
-    for first, second in (both, (RATIOS, RATIOS)):
-        spans = _spanned(name, ours[1], first), _spanned(name, theirs[1], second)
-        if first.unit(name) == second.unit(name) and spans[0] != spans[1]:
-            return first.label(name), *spans
-    most = int(np.abs(ours[1] - theirs[1]).argmax())
-    place = f"{spans[0]} (value {most + 1} is"
-    had, found = (f"{place} {np.atleast_1d(values).flat[most]:.16g})" for _, values in (ours, theirs))
-    return RATIOS.label(name), had, found
-
-
-def _spanned(name: str, values: NDArray[Any], phrases: Phrases) -> str:
-    """Describe the values of a dimension: the only value, the ends, or the names of records."""
-    values = np.atleast_1d(values)
-    if values.dtype.kind != "f":
-        return counted(values.size, "value") + f" ({listing(values.tolist())})"
-    if values.size == 1:
-        return phrases.value(name, float(values[0]))
-    return f"{values.size} values from {phrases.pair(name, float(values[0]), 'to', float(values[-1]))}"
 
 
 def _errors(cube: xr.Dataset, metric: str, selection: Selection) -> NDArray[np.float64]:
