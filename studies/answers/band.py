@@ -5,14 +5,12 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from damperlab.studies.answers.phrases import RATIOS, Phrases
+from damperlab.studies.answers.phrases import FREQUENCY, RATIOS, Phrases
 from damperlab.studies.kinds import kind_of
 from damperlab.studies.vocabulary import Objective
 
 if TYPE_CHECKING:
     import xarray as xr
-
-FREQUENCY = "frequency_ratio"
 
 WHY = (
     "A particle that stays on the wall shifts the resonance, so judge a design over a band before building "

@@ -9,9 +9,9 @@ from numpy.typing import NDArray
 
 from damperlab.studies.answers.alike import alike, beside, require_equal
 from damperlab.studies.answers.band import runs
-from damperlab.studies.answers.frequency_response import FREQUENCY, frequency_response
+from damperlab.studies.answers.frequency_response import frequency_response
 from damperlab.studies.answers.leading import at_its_place
-from damperlab.studies.answers.phrases import Phrases, noted, said
+from damperlab.studies.answers.phrases import FREQUENCY, Phrases, noted, said
 from damperlab.studies.answers.query_fault import refused
 from damperlab.studies.answers.selection import check_metric, coded, main_metric
 from damperlab.studies.faults import counted

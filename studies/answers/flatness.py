@@ -5,9 +5,9 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from damperlab.studies.answers.design_question import FREQUENCY, DesignQuestion
+from damperlab.studies.answers.design_question import DesignQuestion
 from damperlab.studies.answers.judging import judge, new_tally
-from damperlab.studies.answers.phrases import RATIOS, Phrases
+from damperlab.studies.answers.phrases import FREQUENCY, RATIOS, Phrases
 from damperlab.studies.answers.slab import Slab
 
 if TYPE_CHECKING:

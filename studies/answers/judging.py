@@ -8,8 +8,8 @@ from numpy.typing import NDArray
 
 from damperlab.studies.answers.band import say_only
 from damperlab.studies.answers.comparing import Found, limits
-from damperlab.studies.answers.design_question import FREQUENCY, METRIC, DesignQuestion
-from damperlab.studies.answers.phrases import OVER_MORE_THAN_Z, Phrases
+from damperlab.studies.answers.design_question import DesignQuestion
+from damperlab.studies.answers.phrases import AMPLITUDE, FREQUENCY, OVER_MORE_THAN_Z, Phrases
 from damperlab.studies.answers.slab import Slab, slabs_of
 from damperlab.studies.faults import counted
 from damperlab.studies.portable import product
@@ -75,7 +75,7 @@ def judge(slab: Slab, question: DesignQuestion, tally: dict[str, int], beside: t
     """
     cube, load = slab.cube, slab.read
     status = load("status")
-    amplitude = load(METRIC)
+    amplitude = load(AMPLITUDE)
     missing = (status == Status.NOT_COMPUTED).any(axis=1)
     bad = ~missing & ((status > Status.MAX_CYCLES) | ~np.isfinite(amplitude)).any(axis=1)
     keep = ~missing & ~bad

@@ -16,8 +16,9 @@ import numpy as np
 from numpy.typing import NDArray
 
 from damperlab.studies.amplitudes import AMPLITUDE
-from damperlab.studies.answers.design_question import FREQUENCY, DesignQuestion
+from damperlab.studies.answers.design_question import DesignQuestion
 from damperlab.studies.answers.excited import definition_of, excitation_of
+from damperlab.studies.answers.phrases import FREQUENCY
 from damperlab.studies.cavity import cavity_of
 from damperlab.studies.physical import STANDARD_GRAVITY
 from damperlab.studies.quantity import OF_CAVITY

@@ -8,13 +8,14 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from damperlab.studies.amplitudes import AMPLITUDE, DAMPER, RATIOS_OF
-from damperlab.studies.answers.design_question import FREQUENCY, DesignQuestion, axes_within
+from damperlab.studies.answers.design_question import DesignQuestion, axes_within
 from damperlab.studies.answers.excited import definition_of
 from damperlab.studies.answers.follow_up import Refinement, follow_up, named
 from damperlab.studies.answers.largest_acceleration import ACCELERATION
 from damperlab.studies.answers.leading import leading
 from damperlab.studies.answers.notes import friction_allowed, share
 from damperlab.studies.answers.optimal_designs import optimal_designs
+from damperlab.studies.answers.phrases import FREQUENCY
 from damperlab.studies.answers.query_fault import QueryFault
 from damperlab.studies.answers.suite import worst_cases
 from damperlab.studies.brief import Note, NoteDocument, notes_document

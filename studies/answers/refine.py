@@ -10,7 +10,6 @@ import numpy as np
 
 from damperlab.studies.answers.cells import Cells, joined
 from damperlab.studies.answers.design_question import (
-    FREQUENCY,
     DesignQuestion,
     design_of,
     judging_in_ratios,
@@ -23,7 +22,7 @@ from damperlab.studies.answers.nearness import nearest_place
 from damperlab.studies.answers.notes import friction_allowed, over_budget, sentence_of, share
 from damperlab.studies.answers.optimal_designs import merged_designs
 from damperlab.studies.answers.particle_friction import friction_note, study_with_friction
-from damperlab.studies.answers.phrases import Phrases
+from damperlab.studies.answers.phrases import FREQUENCY, Phrases
 from damperlab.studies.answers.query_fault import QueryFault, check_question, refused
 from damperlab.studies.answers.selection import check_dimension, choose, in_ratios, require_stored
 from damperlab.studies.answers.verdict import is_clamped, none_left

@@ -6,12 +6,12 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from damperlab.studies.answers.band import FREQUENCY, say_frequency, say_worst, worst_by_default
+from damperlab.studies.answers.band import say_frequency, say_worst, worst_by_default
 from damperlab.studies.answers.fold import Extremum, Mean
 from damperlab.studies.answers.hidden_peak import hidden_on
 from damperlab.studies.answers.leading import leading_place
 from damperlab.studies.answers.notes import sentences_of
-from damperlab.studies.answers.phrases import Phrases, said
+from damperlab.studies.answers.phrases import FREQUENCY, Phrases, said
 from damperlab.studies.answers.query_fault import check_question, refused
 from damperlab.studies.answers.selection import (
     as_float,

@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from damperlab.studies.answers.comparing import CONFIDENCE, chance_of_another, contend
-from damperlab.studies.answers.design_question import FREQUENCY, METRIC, DesignQuestion
+from damperlab.studies.answers.design_question import DesignQuestion
 from damperlab.studies.answers.excited import definition_of, excitation_of, name_of
 from damperlab.studies.answers.flatness import LOSS, end_of, flatness, say_beyond
 from damperlab.studies.answers.hidden_peak import PEAK_BETWEEN, hidden_of, hidden_peaks
@@ -17,7 +17,7 @@ from damperlab.studies.answers.judging import REASONS
 from damperlab.studies.answers.largest_acceleration import LARGEST, acceleration_of, acceleration_row
 from damperlab.studies.answers.linear_peaks import LinearPeaks
 from damperlab.studies.answers.notes import advised_axis, sentence_of
-from damperlab.studies.answers.phrases import Phrases, said
+from damperlab.studies.answers.phrases import AMPLITUDE, FREQUENCY, Phrases, said
 from damperlab.studies.brief import (
     DOUBTS,
     EQUAL,
@@ -376,7 +376,7 @@ class _Known:
         own = damper_of(acts, rubs)
         if self.linear.beats(lead["value"]):
             mass = phrases.equal("mass_ratio", lead["mass_ratio"], ".3g")
-            peak = phrases.value(METRIC, self.linear.tuned, ".3g")
+            peak = phrases.value(AMPLITUDE, self.linear.tuned, ".3g")
             return (
                 "tuned_mass_damper",
                 f"A tuned mass damper of {mass} does better, {peak}; the study's best is {value} at {design}.",
@@ -406,7 +406,7 @@ class _Known:
         if self.question.objective == "peak":
             r = self.question.frequencies
             span = phrases.span(FREQUENCY, float(r[0]), float(r[-1]), ".4g")
-            return f"That keeps {phrases.symbol(METRIC)} within {value} at {r.size:,} frequencies, {span}."
+            return f"That keeps {phrases.symbol(AMPLITUDE)} within {value} at {r.size:,} frequencies, {span}."
         return f"It reaches {value}."
 
     def _breaks(self, phrases: Phrases) -> str:
@@ -438,7 +438,7 @@ class _Known:
     def _linear_rows(self, phrases: Phrases, beaten: bool = False) -> list[tuple[str, str, str]]:
         """Return the rows of the tuned mass damper and of the structure without damper."""
         return self.linear.rows(
-            lambda peak: phrases.value(METRIC, peak, ".3g"),
+            lambda peak: phrases.value(AMPLITUDE, peak, ".3g"),
             lambda mass: phrases.equal("mass_ratio", mass, ".3g"),
             beaten,
         )
