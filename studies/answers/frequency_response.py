@@ -82,7 +82,7 @@ def frequency_response(
         {name: ((FREQUENCY,), array, dict(cube[name].attrs)) for name, array in values.items()},
         {FREQUENCY: cube[FREQUENCY], **scalars(cube, index)},
         {
-            **completeness(*count(status), status.size),
+            **completeness(count(status)),
             **({"acceleration_g": felt} if isfinite(felt) else {}),
             **said(cube, note),
         },

@@ -5,6 +5,7 @@ from collections.abc import Iterable, Mapping
 from typing import TYPE_CHECKING, Any, NamedTuple
 
 import numpy as np
+from numpy.typing import NDArray
 
 from damperlab.studies.amplitudes import AMPLITUDE
 from damperlab.studies.answers.excited import definition_of
@@ -297,18 +298,13 @@ def coded(cube: "xr.Dataset", name: str) -> bool:
     return "flag_values" in cube[name].attrs
 
 
-def completeness(computed: int, failed: int, points: int) -> dict[str, Any]:
-    """Return the attributes for the completeness of a slice.
+def count(status: np.ndarray) -> NDArray[np.int64]:
+    """Count the points that were computed (every status except `NOT_COMPUTED`), that failed, and all points."""
+    computed, failed = status != Status.NOT_COMPUTED, status > Status.MAX_CYCLES
+    return np.array([computed.sum(), failed.sum(), status.size])
 
-    Parameters
-    ----------
-    computed, failed, points : int
-        Number of points that were computed (every status except `NOT_COMPUTED`), that failed (status 2 or above), and
-        in total.
-    """
+
+def completeness(counts: NDArray[np.int64]) -> dict[str, Any]:
+    """Return the attributes for the completeness of a slice, from the result of `count` or a sum of such results."""
+    computed, failed, points = map(int, counts)
     return {"complete": computed / points, "points": points, "points_failed": failed}
-
-
-def count(status: np.ndarray) -> tuple[int, int]:
-    """Count the points that were computed, and those that failed."""
-    return int((status != Status.NOT_COMPUTED).sum()), int((status > Status.MAX_CYCLES).sum())

@@ -146,12 +146,10 @@ def worst_cases(
     beside = _beside(cube, metric)
     best: Found = {}
     tally = dict.fromkeys(("designs", *_LEFT_OUT), 0)
-    computed = points_failed = points = 0
+    counts = np.zeros(3, np.int64)
     for slab in slabs_of(cube, counting, damper):
         status = slab.read("status")
-        counts = count(status)
-        computed, points_failed = computed + counts[0], points_failed + counts[1]
-        points += status.size
+        counts += count(status)
         bad = (status > Status.MAX_CYCLES).any(axis=1)
         missing = (status == Status.NOT_COMPUTED).any(axis=1) & ~bad
         held = _locked(slab) & ~(bad | missing) if judging.exclude_locked else np.zeros_like(bad)
@@ -177,7 +175,7 @@ def worst_cases(
     ranked = best["value"].size
     if not judging.exclude_locked:
         del tally["locked"]
-    attributes = {"metric": metric, **tally, **completeness(computed, points_failed, points)}
+    attributes = {"metric": metric, **tally, **completeness(counts)}
     attributes["note"] = _note(cube.isel(counting), metric, tally, ranked)
     return xr.Dataset(data, {"rank": np.arange(1, ranked + 1), **columns}, attributes)
 
