@@ -80,7 +80,6 @@ EXCITATIONS: dict[Excitation, str] = {"base": "its base, shaken", "force": "a fo
 """Words for each kind of excitation of the structure."""
 
 Reduction = Literal["max", "min", "mean"]
-REDUCTIONS: tuple[Reduction, ...] = get_args(Reduction)
 """Ways to reduce the values along a dimension to a single value."""
 
 RESPECTS: dict[str, tuple[str, str]] = {

@@ -1,7 +1,6 @@
 """`damperlab refine` computes follow-up studies in search of better designs or of a class boundary."""
 
 from collections.abc import Callable, Mapping
-from dataclasses import dataclass
 from typing import TYPE_CHECKING
 
 import typer
@@ -34,7 +33,6 @@ if TYPE_CHECKING:
     from damperlab.studies.store.record import Record
 
     Cubes = Mapping[str, xr.Dataset]
-    Judge = Callable[[Study, Cubes], Refinement]
 
 
 @asks
@@ -73,66 +71,63 @@ def refine(
             if each.name in more
         }
         check_alone(unused, "a search for an optimum, which --boundary replaces")
+    from damperlab.studies.answers.phrases import Phrases
     from damperlab.studies.answers.refine import refine_boundary, refine_optimum
+    from damperlab.studies.answers.suite import require_harmonic
+    from damperlab.studies.definition import parse_harmonic
 
-    def judge(asked: "Study", cubes: "Cubes") -> "Refinement":
+    store = open_store(data_dir)
+    record = find_study(store, study)
+    require_harmonic(record.dimensions, "refine")
+    asked = parse_harmonic(record.definition)
+
+    def judge(cubes: "Cubes") -> "Refinement":
         if along is not None:
             return refine_boundary(asked, cubes, along, boundary.at, search.tolerance)
         return refine_optimum(asked, cubes, search, judging)
 
-    with Computer(open_store(data_dir), means) as computer:
-        Pursuit(computer).follow(study, "refine", judge, follow_ups.dry_run, as_json, details)
+    with Computer(store, means) as computer:
+        found, cubes = _pursue(computer, record, judge, follow_ups.dry_run)
+    names = list(cubes)[1:]
+    if as_json:
+        from damperlab.service.questions.refinement import refinement_document
+
+        print_json(in_front(record, {**refinement_document(found), "with": names}))
+        return
+    phrases = Phrases.of(cubes[record.id])
+    told = [found.say(phrases), found_sentence(found.found, phrases)]
+    brief = found.brief or Brief(None, (told[1][:1].upper() + told[1][1:] + ".",))
+    told += [f"Follow-up studies: {', '.join(names)}."] if names else []
+    print_brief(brief.document(), told, details, folder_option(store.data_dir))
 
 
-@dataclass(frozen=True)
-class Pursuit:
-    """A search that computes follow-up studies until none is needed.
+def _pursue(
+    computer: Computer, record: "Record", judge: "Callable[[Cubes], Refinement]", dry_run: bool
+) -> "tuple[Refinement, Cubes]":
+    """Judge the results and compute follow-up studies, until no follow-up study is needed.
 
-    Parameters
-    ----------
-    computer : Computer
-        Computes the follow-up studies.
+    Returns
+    -------
+    Refinement, mapping of Dataset
+        The last judgement, and the cubes of the study and of its follow-ups.
     """
+    from damperlab.studies.answers.phrases import Phrases
 
-    computer: Computer
-
-    def follow(
-        self, study: str, question: str, judge: "Judge", dry_run: bool, as_json: bool, details: bool
-    ) -> None:
-        """Judge the results and compute follow-up studies, until no follow-up study is needed."""
-        from damperlab.studies.answers.phrases import Phrases
-        from damperlab.studies.answers.suite import require_harmonic
-        from damperlab.studies.definition import parse_harmonic
-
-        store = self.computer.store
-        record = find_study(store, study)
-        require_harmonic(record.dimensions, question)
-        asked = parse_harmonic(record.definition)
-        phrases = Phrases.of(store.cube(record.id))
-        cubes = {record.id: store.cube(record.id)}
-        while True:
-            with working("Judging"):
-                found = judge(asked, cubes)
-            told = found.say(phrases)
-            note(told)
-            if not found.studies or dry_run:
-                break
-            for each in found.studies:
-                follow_up = compute_follow_up(self.computer, each, record)
-                if follow_up.id in cubes:
-                    raise typer.Exit(FAILED)
-                # a follow-up is small, and is judged again in every round
-                cubes[follow_up.id] = store.cube(follow_up.id).load()
-        follow_ups = list(cubes)[1:]
-        if as_json:
-            from damperlab.service.questions.refinement import refinement_document
-
-            print_json(in_front(record, {**refinement_document(found), "with": follow_ups}))
-            return
-        details_told = [told, found_sentence(found.found, phrases)]
-        brief = found.brief or Brief(None, (details_told[1][:1].upper() + details_told[1][1:] + ".",))
-        details_told += [f"Follow-up studies: {', '.join(follow_ups)}."] if follow_ups else []
-        print_brief(brief.document(), details_told, details, folder_option(store.data_dir))
+    store = computer.store
+    cubes = {record.id: store.cube(record.id)}
+    phrases = Phrases.of(cubes[record.id])
+    while True:
+        with working("Judging"):
+            found = judge(cubes)
+        note(found.say(phrases))
+        if not found.studies or dry_run:
+            return found, cubes
+        for each in found.studies:
+            follow_up = compute_follow_up(computer, each, record)
+            if follow_up.id in cubes:
+                raise typer.Exit(FAILED)
+            # a follow-up is small, and is judged again in every round
+            cubes[follow_up.id] = store.cube(follow_up.id).load()
 
 
 def compute_follow_up(computer: Computer, asked: "Study", parent: "Record") -> "Record":

@@ -5,14 +5,12 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from damperlab.studies.answers.phrases import RATIOS, Phrases
+from damperlab.studies.answers.phrases import FREQUENCY, Phrases
 from damperlab.studies.kinds import kind_of
 from damperlab.studies.vocabulary import Objective
 
 if TYPE_CHECKING:
     import xarray as xr
-
-FREQUENCY = "frequency_ratio"
 
 WHY = (
     "A particle that stays on the wall shifts the resonance, so judge a design over a band before building "
@@ -46,7 +44,7 @@ def worst_by_default(cube: "xr.Dataset", used: Container[str | None]) -> bool:
     return name not in used and cube.sizes[name] > 1
 
 
-def say_frequency(cube: "xr.Dataset", r: float, codes: bool = False, phrases: Phrases = RATIOS) -> str:
+def say_frequency(cube: "xr.Dataset", r: float, codes: bool, phrases: Phrases) -> str:
     """Say that an answer applies to one frequency.
 
     `codes` is True if the answer shows codes, such as response classes. Codes have no maximum.
@@ -73,7 +71,7 @@ def say_only(r: float, computed: bool, phrases: Phrases) -> str:
     return f"Only one frequency {why}, {at}: the judgement applies to that frequency alone. {WHY}"
 
 
-def say_worst(cube: "xr.Dataset", phrases: Phrases = RATIOS) -> str:
+def say_worst(cube: "xr.Dataset", phrases: Phrases) -> str:
     """Say that an answer shows the largest values over the band, or over the ground-motion records."""
     kind = kind_of(cube.sizes)
     values = sorted(cube[kind.uncontrolled].values.tolist())

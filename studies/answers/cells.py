@@ -8,10 +8,11 @@ from typing import TYPE_CHECKING
 import numpy as np
 from numpy.typing import NDArray
 
-from damperlab.studies.answers.design_question import FREQUENCY, DesignQuestion
+from damperlab.studies.answers.design_question import DesignQuestion
 from damperlab.studies.answers.follow_up import tolerance_of
 from damperlab.studies.answers.judging import judge, new_tally
 from damperlab.studies.answers.nearness import inside, nearest_place, same
+from damperlab.studies.answers.phrases import FREQUENCY
 from damperlab.studies.answers.slab import Slab
 
 if TYPE_CHECKING:

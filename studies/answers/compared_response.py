@@ -7,14 +7,14 @@ import numpy as np
 import xarray as xr
 from numpy.typing import NDArray
 
-from damperlab.studies.answers.alike import alike, beside
+from damperlab.studies.answers.alike import alike, beside, require_equal
 from damperlab.studies.answers.band import runs
-from damperlab.studies.answers.frequency_response import FREQUENCY, frequency_response
+from damperlab.studies.answers.frequency_response import frequency_response
 from damperlab.studies.answers.leading import at_its_place
-from damperlab.studies.answers.phrases import RATIOS, Phrases, noted, said
+from damperlab.studies.answers.phrases import FREQUENCY, Phrases, noted, said
 from damperlab.studies.answers.query_fault import refused
 from damperlab.studies.answers.selection import check_metric, coded, main_metric
-from damperlab.studies.faults import counted, listing
+from damperlab.studies.faults import counted
 from damperlab.studies.questions import Selection
 from damperlab.studies.variables import BEFORE
 
@@ -75,20 +75,17 @@ def compared_response(
     if coded(cube, metric):
         advice = "choose a quantity, or ask for each study alone"
         raise refused("metric", metric, "a quantity where two studies are compared", advice)
+    both = Phrases.of(cube), Phrases.of(other)
     for name in first.coords:
-        ours, theirs = first[name].values, second[name].values
         # a study with particle friction or gravity may be compared with a study that has neither
-        if name not in BEFORE and not np.array_equal(ours, theirs):
-            of, had, found = spans_apart(str(name), (cube, ours), (other, theirs))
-            advice = f"name a study with the same {of}, or subtract their maps with `minus`"
-            told = f"The studies differ in {of}: {had} in the first, {found} in the second."
-            raise refused("with", found, had, advice, told)
+        if name not in BEFORE:
+            require_equal("with", both, first[name], second[name], "subtract their maps with `minus`")
     errors = _errors(cube, metric, selection) + _errors(other, metric, selection)
     a, b = first[metric].values, second[metric].values
     distance = np.abs(a - b)
     limit = ERRORS * errors + ROUNDING * np.maximum(np.abs(a), np.abs(b))
-    both = np.isfinite(distance)
-    unknown = both & ~np.isfinite(limit)
+    known = np.isfinite(distance)
+    unknown = known & ~np.isfinite(limit)
     differs = distance > limit  # False if a value or an error is unknown
     answer = beside(first, second, metric, "amplitude_error", "response_class", "status")
     answer["differs"] = (
@@ -110,64 +107,44 @@ def compared_response(
             "largest_difference_at": float(r[place]),
         }
 
-    def sentence(phrases: Phrases) -> str:
-        if not both.any():
-            return "No frequency has a value in both studies."
-        words = f"The two responses differ nowhere by more than {ERRORS:g} times their errors."
-        if differs.any():
-            f = phrases.symbol(FREQUENCY)
+    def sentences(phrases: Phrases) -> str:
+        words = say_difference(answer, metric, phrases)
+        if spans:
             where = ", ".join(
                 phrases.number(FREQUENCY, low)
                 + (f" to {phrases.number(FREQUENCY, high)}" if low < high else "")
                 for low, high in spans
             )
-            words = (
-                f"The two responses differ by more than {ERRORS:g} times their errors at "
-                f"{counted(int(differs.sum()), 'frequency ratio')} of {r.size}: "
-                f"{f} = {where}{phrases.unit(FREQUENCY)}. They differ most at {phrases.equal(FREQUENCY, r[place])}: "
-                f"{phrases.pair(metric, a[place], 'against', b[place])}."
-            )
+            words += f" They differ at {phrases.symbol(FREQUENCY)} = {where}{phrases.unit(FREQUENCY)}."
         if unknown.any():
             words += f" At {counted(int(unknown.sum()), 'frequency ratio')} an error is unknown, so nothing is compared there."
-        if not both.all():
-            lacking = counted(int((~both).sum()), "frequency ratio")
+        if known.any() and not known.all():
+            lacking = counted(int((~known).sum()), "frequency ratio")
             words += f" At {lacking} one of the two has no value, so nothing is compared there."
         return words
 
     def words(phrases: Phrases) -> dict[str, Any]:
-        return {"note": sentence(phrases.as_named(selection.metric))}
+        return {"note": sentences(phrases.as_named(selection.metric))}
 
     answer.attrs |= noted(first.attrs, said(cube, words))
     return answer
 
 
-def spans_apart(
-    name: str, ours: tuple[xr.Dataset, NDArray[Any]], theirs: tuple[xr.Dataset, NDArray[Any]]
-) -> tuple[str, str, str]:
-    """Name a dimension with different values in two studies, and describe its values in each study.
-
-    A description states the ends of the values, in units if both studies have units. If the descriptions in units
-    are equal, ratios are stated. If these are equal too, each description adds the value that differs most.
-    """
-    both = [Phrases.of(cube) for cube, _ in (ours, theirs)]
-    for first, second in (both, (RATIOS, RATIOS)):
-        spans = _spanned(name, ours[1], first), _spanned(name, theirs[1], second)
-        if first.unit(name) == second.unit(name) and spans[0] != spans[1]:
-            return first.label(name), *spans
-    most = int(np.abs(ours[1] - theirs[1]).argmax())
-    place = f"{spans[0]} (value {most + 1} is"
-    had, found = (f"{place} {np.atleast_1d(values).flat[most]:.16g})" for _, values in (ours, theirs))
-    return RATIOS.label(name), had, found
-
-
-def _spanned(name: str, values: NDArray[Any], phrases: Phrases) -> str:
-    """Describe the values of a dimension: the only value, the ends, or the names of records."""
-    values = np.atleast_1d(values)
-    if values.dtype.kind != "f":
-        return counted(values.size, "value") + f" ({listing(values.tolist())})"
-    if values.size == 1:
-        return phrases.value(name, float(values[0]))
-    return f"{values.size} values from {phrases.pair(name, float(values[0]), 'to', float(values[-1]))}"
+def say_difference(answer: xr.Dataset, metric: str, phrases: Phrases, form: str = ".6g") -> str:
+    """Say at how many frequencies two responses differ, and where most, from the answer of `compared_response`."""
+    differs = answer["differs"].values
+    if not np.isfinite(answer[metric].values - answer["other"].values).any():
+        return "No frequency has a value in both studies."
+    if not differs.any():
+        return f"The two responses differ nowhere by more than {ERRORS:g} times their errors."
+    most = answer.attrs["largest_difference_at"]
+    place = answer[FREQUENCY].values.tolist().index(most)
+    ours, theirs = (float(answer[name].values[place]) for name in (metric, "other"))
+    return (
+        f"The two responses differ by more than {ERRORS:g} times their errors at {int(differs.sum())} of "
+        f"{differs.size} frequencies, most at {phrases.equal(FREQUENCY, most, form)}: "
+        f"{phrases.pair(metric, ours, 'against', theirs, form)}."
+    )
 
 
 def _errors(cube: xr.Dataset, metric: str, selection: Selection) -> NDArray[np.float64]:

@@ -10,6 +10,7 @@ import numpy as np
 
 from damperlab.studies.answers.band import default_objective
 from damperlab.studies.answers.nearness import inside, nearest_place
+from damperlab.studies.answers.phrases import AMPLITUDE, FREQUENCY
 from damperlab.studies.answers.query_fault import QueryFault, check_question, empty_range, refused
 from damperlab.studies.answers.selection import check_dimension, require_stored
 from damperlab.studies.faults import describe
@@ -21,16 +22,12 @@ from damperlab.studies.vocabulary import OBJECTIVES, Objective
 if TYPE_CHECKING:
     import xarray as xr
 
-FREQUENCY = "frequency_ratio"
 DESIGN: tuple[str, ...] = tuple(name for name in DIMENSIONS if name != FREQUENCY)
 
 
 def design_of(names: Container[object]) -> tuple[str, ...]:
     """Return the dimensions of a cube that describe a design: all dimensions except the frequency."""
     return tuple(name for name in dimensions_of(names) if name != FREQUENCY)
-
-
-METRIC = "amplitude_ratio"
 
 
 @dataclass(frozen=True)
@@ -95,7 +92,7 @@ class DesignQuestion:
         top: int = 1,
     ) -> "DesignQuestion":
         """Make the question for a cube. Raise `QueryFault` if the cube cannot answer the question."""
-        require_stored(cube, "objective", METRIC, otherwise="")
+        require_stored(cube, "objective", AMPLITUDE, otherwise="")
         check_question(judging)
         check_question(Listed(top))
         judging = judging_in_ratios(cube, judging)

@@ -133,7 +133,7 @@ def fragility(cube: xr.Dataset, asked: Fragile) -> xr.Dataset:
         observed = reached(values[some], asked.threshold, scales, low, high)
     fitted = fit_lognormal(*observed)
     attributes: dict[str, Any] = {
-        **completeness(*count(status), status.size),
+        **completeness(count(status)),
         "threshold": asked.threshold,
         "metric": metric,
         "records": int(some.sum()),

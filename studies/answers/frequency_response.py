@@ -6,7 +6,7 @@ from typing import TYPE_CHECKING, Any
 
 from damperlab.studies.answers.largest_acceleration import acceleration_g
 from damperlab.studies.answers.leading import leading_place
-from damperlab.studies.answers.phrases import Phrases, said
+from damperlab.studies.answers.phrases import FREQUENCY, Phrases, said
 from damperlab.studies.answers.selection import (
     as_float,
     check_free,
@@ -26,8 +26,6 @@ from damperlab.studies.units import metric_in_units, place_in_units, results_in_
 
 if TYPE_CHECKING:
     import xarray as xr
-
-FREQUENCY = "frequency_ratio"
 
 
 def frequency_response(
@@ -84,7 +82,7 @@ def frequency_response(
         {name: ((FREQUENCY,), array, dict(cube[name].attrs)) for name, array in values.items()},
         {FREQUENCY: cube[FREQUENCY], **scalars(cube, index)},
         {
-            **completeness(*count(status), status.size),
+            **completeness(count(status)),
             **({"acceleration_g": felt} if isfinite(felt) else {}),
             **said(cube, note),
         },

@@ -11,6 +11,7 @@ from numpy.typing import NDArray
 from damperlab.studies.answers.design_question import DesignQuestion
 from damperlab.studies.answers.judging import may_strike
 from damperlab.studies.answers.nearness import nearest_place
+from damperlab.studies.answers.phrases import FREQUENCY
 from damperlab.studies.brief import Note
 from damperlab.studies.store.export.slabs import BUDGET
 from damperlab.studies.variables import ResponseClass
@@ -18,7 +19,6 @@ from damperlab.studies.variables import ResponseClass
 if TYPE_CHECKING:
     import xarray as xr
 
-FREQUENCY = "frequency_ratio"
 HIGHER = 1.1
 """A hidden peak is reported only if it may exceed the largest value by this factor."""
 PER_BANDWIDTH = 4

@@ -6,8 +6,8 @@ from typing import Any
 import numpy as np
 import xarray as xr
 
-from damperlab.studies.answers.alike import alike, beside
-from damperlab.studies.answers.compared_response import ERRORS, ROUNDING, spans_apart
+from damperlab.studies.answers.alike import alike, beside, require_equal
+from damperlab.studies.answers.compared_response import ERRORS, ROUNDING
 from damperlab.studies.answers.excited import definition_of
 from damperlab.studies.answers.leading import at_its_place
 from damperlab.studies.answers.nearness import same
@@ -76,13 +76,14 @@ def map_difference(
         raise refused("metric", metric, "a quantity where a study is subtracted", advice)
     _check_kind(cube, other, (x, y), metric)
     second = resonance_map(other, x, y, at_its_place(cube, first, selection), over, reduce)
+    both = Phrases.of(cube), Phrases.of(other)
     reduced = dict.fromkeys(
         each.attrs[name] for each in (first, second) for name in ("over", "worst_over") if name in each.attrs
     )
-    for name in (x, y):
-        _check_axis(name, (cube, first[name]), (other, second[name]))
-    for name in reduced:
-        _check_axis(name, (cube, cube[name]), (other, other[name]))
+    axes = [(first[name], second[name]) for name in (x, y)]
+    axes += [(cube[name], other[name]) for name in reduced]
+    for ours, theirs in axes:
+        require_equal(FIELD, both, ours, theirs, "a point or a range that both have")
 
     answer = beside(first, second, metric, *_BESIDE)
     difference = first[metric].values.astype(float) - second[metric].values.astype(float)
@@ -100,7 +101,7 @@ def map_difference(
 
     spoken = words(RATIOS)
     if "in_units" in first.attrs:
-        spoken["in_units"] = words(_phrases(cube, other).as_named(selection.metric))
+        spoken["in_units"] = words(_phrases(*both).as_named(selection.metric))
     answer.attrs |= noted(first.attrs, spoken)
     return answer
 
@@ -119,24 +120,6 @@ def _check_kind(cube: xr.Dataset, other: xr.Dataset, axes: tuple[str, str], metr
             told = f"The second study is not given in the units that {name} needs."
             advice = "compare the two in ratios, or name a study with a physical block"
             raise refused(FIELD, "a study in ratios", f"a study that has {name}", advice, told)
-
-
-def _check_axis(
-    name: str, ours: tuple[xr.Dataset, xr.DataArray], theirs: tuple[xr.Dataset, xr.DataArray]
-) -> None:
-    mine, its = ours[1].values, theirs[1].values
-    if mine.dtype.kind != "f":
-        equal = np.array_equal(mine, its)
-    else:
-        equal = mine.size == its.size and bool(np.allclose(mine, its, rtol=1e-9, atol=0.0))
-    if equal:
-        return
-    of, had, found = spans_apart(name, (ours[0], mine), (theirs[0], its))
-    told = (
-        f"Maps cannot be subtracted if the studies differ in {of}: {had} in the first, {found} in the second."
-    )
-    advice = f"name a study with the same {of}, or a point or a range that both have"
-    raise refused(FIELD, found, had, advice, told)
 
 
 def where_apart(answer: xr.Dataset, metric: str, phrases: Phrases) -> str:
@@ -219,15 +202,14 @@ def _parts(cube: xr.Dataset) -> dict[str, Any]:
     return study | {f"physical.{name}": value for name, value in physical.items()}
 
 
-def _phrases(cube: xr.Dataset, other: xr.Dataset) -> Phrases:
+def _phrases(ours: Phrases, theirs: Phrases) -> Phrases:
     """Return the `Phrases` for sentences about both studies.
 
     If the studies convert ratios to units with different factors, only the names in `LONG_NAMES` have units.
     """
-    found, others = Phrases.of(cube), Phrases.of(other)
-    keys = found.quantities.keys()
-    if keys == others.quantities.keys() and all(
-        same(found.quantities[name].factor, others.quantities[name].factor) for name in keys
+    keys = ours.quantities.keys()
+    if keys == theirs.quantities.keys() and all(
+        same(ours.quantities[name].factor, theirs.quantities[name].factor) for name in keys
     ):
-        return found
-    return Phrases({name: each for name, each in found.quantities.items() if name in LONG_NAMES})
+        return ours
+    return Phrases({name: each for name, each in ours.quantities.items() if name in LONG_NAMES})

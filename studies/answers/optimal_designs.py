@@ -8,7 +8,7 @@ import numpy as np
 
 from damperlab.studies.answers.alike import alike
 from damperlab.studies.answers.comparing import Found, least
-from damperlab.studies.answers.design_question import FREQUENCY, DesignQuestion, judging_in_ratios
+from damperlab.studies.answers.design_question import DesignQuestion, judging_in_ratios
 from damperlab.studies.answers.excited import name_of
 from damperlab.studies.answers.flatness import flatness, say_flatness
 from damperlab.studies.answers.judging import (
@@ -21,7 +21,7 @@ from damperlab.studies.answers.judging import (
     say_limits,
 )
 from damperlab.studies.answers.nearness import nearest_place, same
-from damperlab.studies.answers.phrases import Phrases, noted, said, together
+from damperlab.studies.answers.phrases import FREQUENCY, Phrases, noted, said, together
 from damperlab.studies.answers.query_fault import QueryFault, refused
 from damperlab.studies.answers.verdict import best_with_impacts, verdict
 from damperlab.studies.faults import counted

@@ -3,24 +3,26 @@
 from collections.abc import Collection, Iterable, Mapping, Sequence
 from itertools import takewhile
 from math import inf
-from typing import TYPE_CHECKING, Any, NamedTuple
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
 from damperlab.studies.amplitudes import AMPLITUDE, DAMPER, RATIOS_OF
-from damperlab.studies.answers.design_question import FREQUENCY, DesignQuestion, axes_within
+from damperlab.studies.answers.design_question import DesignQuestion, axes_within
 from damperlab.studies.answers.excited import definition_of
 from damperlab.studies.answers.follow_up import Refinement, follow_up, named
 from damperlab.studies.answers.largest_acceleration import ACCELERATION
 from damperlab.studies.answers.leading import leading
 from damperlab.studies.answers.notes import friction_allowed, share
 from damperlab.studies.answers.optimal_designs import optimal_designs
-from damperlab.studies.answers.query_fault import refused
+from damperlab.studies.answers.phrases import FREQUENCY
+from damperlab.studies.answers.query_fault import QueryFault
 from damperlab.studies.answers.suite import worst_cases
 from damperlab.studies.brief import Note, NoteDocument, notes_document
 from damperlab.studies.cavity import FRICTIONLESS, left_open
 from damperlab.studies.choices import EventSolver
 from damperlab.studies.definition import Study, parse_harmonic
+from damperlab.studies.faults import Fault
 from damperlab.studies.kinds import AMPLITUDES, SUITE, kind_of
 from damperlab.studies.physical import DERIVATIONS
 from damperlab.studies.questions import Judging, Ranking
@@ -38,118 +40,84 @@ WITHIN = 1.1
 """Largest allowed ratio of the value with friction to the value without friction."""
 
 
-def studies_with_friction(cube: "xr.Dataset", ranked: "xr.Dataset", judging: Judging) -> tuple[Study, ...]:
-    """Return the studies that compute the damper recommended by a ranking, with friction of the particle.
+def find_friction(cube: "xr.Dataset", ranked: "xr.Dataset", judging: Judging) -> Refinement:
+    """Return a `Refinement` that requests the damper recommended by a ranking, with friction of the particle.
 
     Parameters
     ----------
     cube : Dataset
         The ranked study.
     ranked : Dataset
-        The answer of `optimal_designs`, `merged_designs` or `worst_case_designs`.
+        The answer of `ranking.ranked_designs`.
     judging : Judging
         The criteria of the ranking.
 
     Returns
     -------
-    tuple of Study
-        One study over `COEFFICIENTS` or, if the ranked study is over base amplitudes, one study for each
-        coefficient. The tuple is empty in these cases: the recommended damper does not work by impacts; the
-        ranked study is in ratios or incomplete; friction or gravity already acts on the particle; friction
-        cannot be combined with the contact or the solver.
-    """
-    lead = leading(ranked)
-    if lead is None or _obstacle(cube, ranked, lead) is not None:
-        return ()
-    study = parse_harmonic(definition_of(cube))
-    if kind_of(cube.sizes) is AMPLITUDES:
-        return _over_amplitudes(study, cube, lead, judging)
-    made = study_with_friction(study, DesignQuestion.ask(cube, judging), lead)
-    return () if made is None else (made,)
-
-
-def find_friction(cube: "xr.Dataset", ranked: "xr.Dataset", judging: Judging) -> Refinement:
-    """Return a `Refinement` that requests the studies of `studies_with_friction`.
-
-    Parameters
-    ----------
-    cube, ranked, judging
-        As in `studies_with_friction`.
-
-    Returns
-    -------
     Refinement
-        The studies to compute; no studies if the ranking already has the result.
+        The studies to compute: one study over `COEFFICIENTS` or, if the ranked study is over base amplitudes, one
+        study for each coefficient. No studies if the ranking already has the result.
 
     Raises
     ------
     QueryFault
         If friction of the particle cannot be added to the recommended damper.
     """
-    lead = leading(ranked)
-    if (obstacle := _obstacle(cube, ranked, lead)) is not None:
-        raise refused(*obstacle, obstacle.told)
-    assert lead is not None  # without it there is an obstacle
+    lead, studies = _asked(cube, ranked, judging)
     known = [each for each in ranked.attrs["notes"] if each["kind"] == FRICTION]
     notes = tuple(Note(each["kind"], each["severity"], each["values"]) for each in known)
-    studies = () if known else studies_with_friction(cube, ranked, judging)
+    studies = () if known else studies
     found = {name: value for name, value in lead.items() if not isinstance(value, str)}
     return Refinement(studies, bool(known), found, points=sum(each.points for each in studies), notes=notes)
 
 
-class _Obstacle(NamedTuple):
-    """The reason why friction cannot be added to the particle of the recommended damper, as the parts of a fault."""
+def _asked(
+    cube: "xr.Dataset", ranked: "xr.Dataset", judging: Judging
+) -> tuple[dict[str, Any], tuple[Study, ...]]:
+    """Return the recommended damper, and the studies that compute it with friction; see `find_friction`."""
+    if kind_of(cube.sizes) is SUITE:
+        advice = f"write `{MADE_BY[PARTICLE_FRICTION]}` into the suite"
+        raise QueryFault(_refusal("a ground-motion suite", "a study of harmonic excitation", advice))
+    if (complete := ranked.attrs["complete"]) < 1:
+        found = f"a study of which {share(complete)} of the designs are computed"
+        raise QueryFault(_refusal(found, "a complete study", "compute the rest first"))
+    lead = leading(ranked)
+    if lead is None:
+        found, advice = "a study without a design that qualifies", "relax the limits of the question"
+        raise QueryFault(_refusal(found, "a study with a best design", advice))
+    definition = definition_of(cube)
+    if not definition.get("physical"):
+        raise QueryFault(_IN_RATIOS)
+    study = parse_harmonic(definition)
+    if (fault := _why_not(study)) is not None:
+        raise QueryFault(fault)
+    if not _strikes(lead):
+        found, allowed = "a study whose best damper has no impacts", "a best damper that works by impacts"
+        advice = (
+            "without impacts that friction has no effect; exclude the damper by a range of friction_ratio"
+        )
+        raise QueryFault(_refusal(found, allowed, advice))
+    if kind_of(cube.sizes) is AMPLITUDES:
+        return lead, _over_amplitudes(study, cube, lead, judging)
+    return lead, (_over_coefficients(study, DesignQuestion.ask(cube, judging), lead),)
 
-    field: str
-    found: str
-    allowed: str
-    advice: str
 
-    @property
-    def told(self) -> str:
-        """The reason as a sentence."""
-        return f"Friction cannot be added to the particle of the best damper of {self.found}."
+def _refusal(found: str, allowed: str, advice: str, field: str = "study") -> Fault:
+    """Return the fault of a study if friction cannot be added to the particle of its best damper."""
+    told = f"Friction cannot be added to the particle of the best damper of {found}."
+    return Fault(field, found, allowed, advice, told)
 
 
-_IN_RATIOS = _Obstacle(
-    "physical",
+_IN_RATIOS = _refusal(
     "a study in ratios",
     "a study in units",
     "give it `mass_kg`, `natural_frequency_hz` and `base_amplitude_m`, from which μ_i follows",
+    "physical",
 )
 
 
-def _obstacle(cube: "xr.Dataset", ranked: "xr.Dataset", lead: Mapping[str, Any] | None) -> _Obstacle | None:
-    """Return the first reason why friction cannot be added to the recommended damper, or None if there is none."""
-    if kind_of(cube.sizes) is SUITE:
-        return _Obstacle(
-            "study",
-            "a ground-motion suite",
-            "a study of harmonic excitation",
-            f"write `{MADE_BY[PARTICLE_FRICTION]}` into the suite",
-        )
-    if (complete := ranked.attrs["complete"]) < 1:
-        found = f"a study of which {share(complete)} of the designs are computed"
-        return _Obstacle("study", found, "a complete study", "compute the rest first")
-    if lead is None:
-        found, advice = "a study without a design that qualifies", "relax the limits of the question"
-        return _Obstacle("study", found, "a study with a best design", advice)
-    definition = definition_of(cube)
-    obstacle = _obstacle_of(parse_harmonic(definition)) if definition.get("physical") else _IN_RATIOS
-    if obstacle is not None:
-        return obstacle
-    if not _strikes(lead):
-        return _Obstacle(
-            "study",
-            "a study whose best damper has no impacts",
-            "a best damper that works by impacts",
-            "without impacts that friction has no effect; exclude the damper by a range of friction_ratio",
-        )
-    return None
-
-
-def _obstacle_of(study: Study) -> _Obstacle | None:
-    """Return the first reason in a study's definition why friction cannot be added, or None if there is none."""
+def _why_not(study: Study) -> Fault | None:
+    """Return why friction cannot be added to the particle of any damper of a study, or None."""
     document = study.document()
     physical = document.get("physical") or {}
     over_amplitudes = kind_of(study.coordinates) is AMPLITUDES
@@ -158,13 +126,13 @@ def _obstacle_of(study: Study) -> _Obstacle | None:
     given = [*(name for name in BEFORE if name in study.coordinates), *physical.keys() & MADE_BY.values()]
     if given:
         advice = f"vary `{MADE_BY[PARTICLE_FRICTION]}` in the study itself"
-        return _Obstacle(given[0], f"a study with `{given[0]}`", "a lying, frictionless cavity", advice)
+        return _refusal(f"a study with `{given[0]}`", "a lying, frictionless cavity", advice, given[0])
     if study.contact.model != "instant":
         found = f"a study with `contact.model` {study.contact.model}"
-        return _Obstacle("contact.model", found, "instant", "compute it with instantaneous impacts")
+        return _refusal(found, "instant", "compute it with instantaneous impacts", "contact.model")
     if not isinstance(study.solver, EventSolver):
         found = f"a study with `solver.method` {study.solver.method}"
-        return _Obstacle("solver.method", found, "event", "compute it with `solver.method` event")
+        return _refusal(found, "event", "compute it with `solver.method` event", "solver.method")
     return None
 
 
@@ -197,8 +165,12 @@ def study_with_friction(study: Study, question: DesignQuestion, design: Mapping[
         friction or gravity already acts on the particle; friction cannot be combined with the contact or the
         solver.
     """
-    if _obstacle_of(study) is not None:
+    if _why_not(study) is not None:
         return None
+    return _over_coefficients(study, question, design)
+
+
+def _over_coefficients(study: Study, question: DesignQuestion, design: Mapping[str, float]) -> Study:
     in_units = {each.source: each.factor for each in quantities_of(study.document())}
     axes: dict[str, object] = {name: design[name] for name in question.design}
     axes |= {
@@ -248,7 +220,7 @@ def friction_note(
     Parameters
     ----------
     asked : sequence of Study
-        The studies from `studies_with_friction`.
+        The studies from `find_friction`.
     cubes : iterable of Dataset
         Cubes of completed studies, which may include those of `asked`.
     judging : Judging
@@ -291,13 +263,13 @@ def with_friction(
     Parameters
     ----------
     ranked, cube, judging
-        As in `studies_with_friction`.
+        As in `find_friction`.
     cubes : iterable of Dataset
         Completed studies with friction.
     """
-    asked = studies_with_friction(cube, ranked, judging)
-    lead = leading(ranked)
-    if not asked or lead is None:
+    try:
+        lead, asked = _asked(cube, ranked, judging)
+    except QueryFault:  # friction cannot be added, so there is nothing to say about it
         return ranked
     note = friction_note(asked, cubes, judging, lead["value"], ranked.attrs.get("metric"))
     said = (

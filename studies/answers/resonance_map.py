@@ -6,12 +6,12 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from damperlab.studies.answers.band import FREQUENCY, say_frequency, say_worst, worst_by_default
+from damperlab.studies.answers.band import say_frequency, say_worst, worst_by_default
 from damperlab.studies.answers.fold import Extremum, Mean
 from damperlab.studies.answers.hidden_peak import hidden_on
 from damperlab.studies.answers.leading import leading_place
 from damperlab.studies.answers.notes import sentences_of
-from damperlab.studies.answers.phrases import Phrases, said
+from damperlab.studies.answers.phrases import FREQUENCY, Phrases, said
 from damperlab.studies.answers.query_fault import check_question, refused
 from damperlab.studies.answers.selection import (
     as_float,
@@ -203,7 +203,7 @@ def _slice(cube: "xr.Dataset", x: str, y: str, metric: str, index: Mapping[str, 
     status = values["status"]
     if not coded(cube, metric):
         values[metric] = as_float(values[metric])
-    attributes = completeness(*count(status), status.size)
+    attributes = completeness(count(status))
     return _answer(cube, x, y, values, index, attributes)
 
 
@@ -228,7 +228,7 @@ def _reduced(
     dims_read = (over, y, x) if inner is None else (inner, over, y, x)
     names = companions(cube, metric)
     fold: Mean | Extremum = Mean() if reduce == "mean" else Extremum(1.0 if reduce == "max" else -1.0)
-    computed = failed = 0
+    counts = np.zeros(3, np.int64)
     there = np.zeros((cube.sizes[y], cube.sizes[x]), np.int64)
     for start in range(0, extent, step):
         part = {**index, over: slice(start, start + step)}
@@ -239,9 +239,8 @@ def _reduced(
             beside = {name: read(cube, name, one, dims_read) for name in names}
             if inner is None:
                 values, beside = values[None], {name: array[None] for name, array in beside.items()}
-            counts = count(beside["status"])
+            counts += count(beside["status"])
             there += (beside["status"] != Status.NOT_COMPUTED).sum(axis=(0, 1))
-            computed, failed = computed + counts[0], failed + counts[1]
             worst.take(first, values, beside)
         found = worst.result()
         found["inner"] = found.pop("at")
@@ -249,7 +248,7 @@ def _reduced(
     folded = fold.result()
     places = {over: folded.pop("at", None), inner: folded.pop("inner", None)}
     answers = {metric: folded.pop("value"), **folded}
-    attributes = {**completeness(computed, failed, extent * each * area), "over": over, "reduce": reduce}
+    attributes = {**completeness(counts), "over": over, "reduce": reduce}
     if inner is not None:
         attributes["worst_over"] = inner
     answer = _answer(cube, x, y, answers, index, attributes)

@@ -5,11 +5,12 @@ from collections.abc import Iterable, Mapping
 from typing import TYPE_CHECKING, Any, NamedTuple
 
 import numpy as np
+from numpy.typing import NDArray
 
 from damperlab.studies.amplitudes import AMPLITUDE
 from damperlab.studies.answers.excited import definition_of
 from damperlab.studies.answers.nearness import check_reach, nearest_place, same
-from damperlab.studies.answers.phrases import RATIOS, Phrases
+from damperlab.studies.answers.phrases import Phrases
 from damperlab.studies.answers.query_fault import refused
 from damperlab.studies.faults import describe, listing, nearest
 from damperlab.studies.field import At
@@ -254,9 +255,7 @@ def companions(cube: "xr.Dataset", metric: str) -> list[str]:
     return [name for name in names if name in cube.data_vars and name != metric]
 
 
-def say(
-    cube: "xr.Dataset", index: Mapping[str, int], at: At, phrases: Phrases = RATIOS, lead: Lead = NO_LEAD
-) -> str:
+def say(cube: "xr.Dataset", index: Mapping[str, int], at: At, phrases: Phrases, lead: Lead) -> str:
     """Describe the chosen grid points, and say which points differ from the wanted values."""
     chosen_at = []
     for name, position in index.items():
@@ -300,18 +299,13 @@ def coded(cube: "xr.Dataset", name: str) -> bool:
     return "flag_values" in cube[name].attrs
 
 
-def completeness(computed: int, failed: int, points: int) -> dict[str, Any]:
-    """Return the attributes for the completeness of a slice.
+def count(status: np.ndarray) -> NDArray[np.int64]:
+    """Count the points that were computed (every status except `NOT_COMPUTED`), that failed, and all points."""
+    computed, failed = status != Status.NOT_COMPUTED, status > Status.MAX_CYCLES
+    return np.array([computed.sum(), failed.sum(), status.size])
 
-    Parameters
-    ----------
-    computed, failed, points : int
-        Number of points that were computed (every status except `NOT_COMPUTED`), that failed (status 2 or above), and
-        in total.
-    """
+
+def completeness(counts: NDArray[np.int64]) -> dict[str, Any]:
+    """Return the attributes for the completeness of a slice, from the result of `count` or a sum of such results."""
+    computed, failed, points = map(int, counts)
     return {"complete": computed / points, "points": points, "points_failed": failed}
-
-
-def count(status: np.ndarray) -> tuple[int, int]:
-    """Count the points that were computed, and those that failed."""
-    return int((status != Status.NOT_COMPUTED).sum()), int((status > Status.MAX_CYCLES).sum())

@@ -1,7 +1,7 @@
 """Rank the dampers of a ground-motion suite, or of a study over base amplitudes, by the worst case."""
 
 from collections.abc import Callable, Mapping, Sequence
-from math import isfinite, tau
+from math import isfinite, nan, tau
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
@@ -11,8 +11,8 @@ from damperlab.studies.answers.comparing import Found, least
 from damperlab.studies.answers.design_question import axes_within
 from damperlab.studies.answers.excited import amplitude_called, definition_of, excitation_of, name_of
 from damperlab.studies.answers.flatness import ends_of_damper, say_beyond
-from damperlab.studies.answers.judging import say_left_out
-from damperlab.studies.answers.largest_acceleration import LARGEST, acceleration_g, acceleration_row
+from damperlab.studies.answers.judging import leave_out, say_left_out
+from damperlab.studies.answers.largest_acceleration import acceleration_g, acceleration_rows
 from damperlab.studies.answers.linear_peaks import LinearPeaks
 from damperlab.studies.answers.nearness import nearest_place
 from damperlab.studies.answers.notes import share
@@ -38,7 +38,6 @@ from damperlab.studies.brief import (
     listed,
     notes_document,
 )
-from damperlab.studies.cavity import left_open
 from damperlab.studies.faults import counted, describe, listing
 from damperlab.studies.ground.builtin import whole_id
 from damperlab.studies.ground.motion import GroundMotion
@@ -146,23 +145,17 @@ def worst_cases(
     beside = _beside(cube, metric)
     best: Found = {}
     tally = dict.fromkeys(("designs", *_LEFT_OUT), 0)
-    computed = points_failed = points = 0
+    counts = np.zeros(3, np.int64)
     for slab in slabs_of(cube, counting, damper):
         status = slab.read("status")
-        counts = count(status)
-        computed, points_failed = computed + counts[0], points_failed + counts[1]
-        points += status.size
-        bad = (status > Status.MAX_CYCLES).any(axis=1)
-        missing = (status == Status.NOT_COMPUTED).any(axis=1) & ~bad
-        held = _locked(slab) & ~(bad | missing) if judging.exclude_locked else np.zeros_like(bad)
-        for name, left_out in (
-            ("designs", np.ones_like(bad)),
-            ("failed", bad),
-            ("incomplete", missing),
-            ("locked", held),
-        ):
-            tally[name] += int(left_out.sum())
-        rows = np.flatnonzero(~(bad | missing | held))
+        counts += count(status)
+        keep = np.ones(len(status), bool)
+        tally["designs"] += keep.size
+        keep = leave_out(tally, "failed", keep, (status > Status.MAX_CYCLES).any(axis=1))
+        keep = leave_out(tally, "incomplete", keep, (status == Status.NOT_COMPUTED).any(axis=1))
+        if judging.exclude_locked:
+            keep = leave_out(tally, "locked", keep, _locked(slab))
+        rows = np.flatnonzero(keep)
         values = slab.read(metric)[rows].astype(float)
         place = np.where(np.isnan(values), -np.inf, values).argmax(axis=1)
         found: Found = {"value": values[np.arange(rows.size), place]}
@@ -177,7 +170,7 @@ def worst_cases(
     ranked = best["value"].size
     if not judging.exclude_locked:
         del tally["locked"]
-    attributes = {"metric": metric, **tally, **completeness(computed, points_failed, points)}
+    attributes = {"metric": metric, **tally, **completeness(counts)}
     attributes["note"] = _note(cube.isel(counting), metric, tally, ranked)
     return xr.Dataset(data, {"rank": np.arange(1, ranked + 1), **columns}, attributes)
 
@@ -353,10 +346,8 @@ def _brief(
         name = PLACES[rank] if values[rank] > values[0] else EQUAL
         rows.append((name, *spelled(rank)[:2]))
     rows += linear.rows(valued, mass_of, beaten)
-    if "acceleration_g" in answer.attrs:
-        cavity = left_open(definition_of(cube)) if kind in ("hybrid", "particle_alone") else []
-        whose = "with the study's damper" if beaten else LARGEST
-        rows.append(acceleration_row(answer.attrs["acceleration_g"], cavity, whose))
+    acts = kind in ("hybrid", "particle_alone")
+    rows += acceleration_rows(answer.attrs.get("acceleration_g", nan), cube, acts, beaten)
     return Brief(
         "tuned_mass_damper" if beaten else kind, tuple(sentences), tuple(rows), say_beyond(ends, phrases)
     )

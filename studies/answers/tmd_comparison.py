@@ -6,14 +6,14 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from damperlab.studies.answers.band import FREQUENCY, WHY, runs
+from damperlab.studies.answers.band import WHY, runs
 from damperlab.studies.answers.design_question import trapezoid
 from damperlab.studies.answers.excited import excitation_of
 from damperlab.studies.answers.frequency_response import frequency_response
 from damperlab.studies.answers.leading import best_at
 from damperlab.studies.answers.nearness import within_reach
 from damperlab.studies.answers.notes import sentence_of
-from damperlab.studies.answers.phrases import Phrases, noted, said
+from damperlab.studies.answers.phrases import AMPLITUDE, FREQUENCY, Phrases, noted, said
 from damperlab.studies.answers.query_fault import check_question, refused
 from damperlab.studies.answers.selection import check_free, choose, in_ratios, require_stored
 from damperlab.studies.answers.tmd_verdict import brief_of, is_judged, notes_of
@@ -31,7 +31,6 @@ from damperlab.studies.vocabulary import CRITERIA, Excitation
 if TYPE_CHECKING:
     import xarray as xr
 
-METRIC = "amplitude_ratio"
 LEAST_MASS = 1e-12
 """Smallest mass ratio of an absorber. A smaller mass ratio gives a tuning of 1 within rounding."""
 
@@ -87,7 +86,7 @@ def tmd_comparison(
         If an argument is not allowed, or a mass is needed and the study has none.
     """
     at = dict(in_ratios(cube, at or {}))
-    require_stored(cube, "study", METRIC, otherwise="")
+    require_stored(cube, "study", AMPLITUDE, otherwise="")
     check_question(tuning)
     criterion, mass_ratio = tuning.criterion, tuning.mass_ratio
     excitation = _excitation(cube, tuning.excitation)
@@ -107,7 +106,7 @@ def tmd_comparison(
     choose(cube, at, (FREQUENCY,))
     lead = best_at(cube, at)
     best = lead.at
-    curve = frequency_response(cube, Selection(METRIC, {**at, **best}))
+    curve = frequency_response(cube, Selection(AMPLITUDE, {**at, **best}))
     own = float(curve["mass_ratio"]) if mass_ratio is None else mass_ratio
     if tuning.tmd_mass_ratio is None:
         field, mass = "mass_ratio", own
@@ -126,9 +125,9 @@ def tmd_comparison(
     order = np.argsort(curve[FREQUENCY].values)
     curve = curve.isel({FREQUENCY: order})
     r = curve[FREQUENCY].values
-    hybrid = curve[METRIC].values
+    hybrid = curve[AMPLITUDE].values
     beside = amplitude_ratio(r, absorber, structural, excitation)
-    answer = curve.rename({METRIC: "hybrid"})
+    answer = curve.rename({AMPLITUDE: "hybrid"})
     answer["hybrid"].attrs["long_name"] = "amplitude ratio X/Z, the study's damper"
     for name, values, long_name in (
         ("tmd", beside, "amplitude ratio X/Z, tuned mass damper"),

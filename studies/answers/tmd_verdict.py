@@ -7,13 +7,12 @@ import numpy as np
 from numpy.typing import NDArray
 
 from damperlab.studies.amplitudes import RATIOS_OF
-from damperlab.studies.answers.band import FREQUENCY
 from damperlab.studies.answers.excited import definition_of, excitation_of, name_of
 from damperlab.studies.answers.hidden_peak import hidden, hidden_note, may_hide
 from damperlab.studies.answers.judging import may_strike
 from damperlab.studies.answers.linear_peaks import UNBOUNDED
 from damperlab.studies.answers.notes import advised_axis, sentence_of
-from damperlab.studies.answers.phrases import AMPLITUDE, Phrases
+from damperlab.studies.answers.phrases import AMPLITUDE, FREQUENCY, Phrases
 from damperlab.studies.answers.verdict import is_clamped, say_next
 from damperlab.studies.brief import Brief, Damper, Note, command, damper_of
 from damperlab.studies.cavity import left_open

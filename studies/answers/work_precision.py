@@ -4,7 +4,7 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from damperlab.studies.answers.selection import completeness, require_stored
+from damperlab.studies.answers.selection import completeness, count, require_stored
 from damperlab.studies.store.export.slabs import slabs
 from damperlab.studies.variables import Status
 
@@ -46,15 +46,13 @@ def work_precision(cube: "xr.Dataset") -> "xr.Dataset":
     errors = ERROR_BINS * (ERROR_DECADES[1] - ERROR_DECADES[0]) + 1
     histogram = np.zeros((times, errors), np.int64)
     limited = np.zeros(times, np.int64)
-    computed = failed = points = 0
+    counts = np.zeros(3, np.int64)
     seconds = 0.0
     array = cube["status"]
     for slab in slabs(array.shape, array.encoding.get("chunks", array.shape)):
         index = dict(zip(array.dims, slab, strict=True))
         status = array.isel(index).values.ravel()
-        points += status.size
-        computed += int((status != Status.NOT_COMPUTED).sum())
-        failed += int((status > Status.MAX_CYCLES).sum())
+        counts += count(status)
         good = (status >= Status.CONVERGED) & (status <= Status.MAX_CYCLES)
         time, error, amplitude = (
             cube[name].isel(index).values.ravel()[good].astype(float)
@@ -69,7 +67,7 @@ def work_precision(cube: "xr.Dataset") -> "xr.Dataset":
         column = np.clip(column[known], 0, errors - 1).astype(int)
         np.add.at(histogram, (row, column), 1)
         np.add.at(limited, row, status[good][known] == Status.MAX_CYCLES)
-    return _answer(histogram, limited, {**completeness(computed, failed, points), "seconds": seconds})
+    return _answer(histogram, limited, {**completeness(counts), "seconds": seconds})
 
 
 def _answer(histogram: np.ndarray, limited: np.ndarray, attributes: dict[str, object]) -> "xr.Dataset":

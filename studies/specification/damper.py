@@ -24,6 +24,7 @@ from damperlab.studies.specification.specification import (
     Choice,
     Structure,
 )
+from damperlab.studies.spelling import unit_of
 
 MOST_VALUES = 20
 """Largest number of values in a list of one quantity."""
@@ -77,7 +78,7 @@ class DamperFields(SceneFields):
             field, key, value = place
             scale = 1.0
             if key != name and structure is not None:
-                scale = scale_of(name, amplitude_m, structure)
+                scale = structure.reference(unit_of(name), amplitude_m)
             elif key == name and name != "restitution" and structure is not None and not self._in_units:
                 told = (
                     "{field} is in units, but the specification lacks mass_kg, natural_frequency_hz or the "
@@ -206,13 +207,3 @@ class DamperFields(SceneFields):
             )
             advice = "give it in seconds; a contact takes milliseconds"
             self._fault(name, f"{longest:g}", f"at most {most:.3g}", advice, told)
-
-
-def scale_of(name: str, amplitude_m: float, structure: Structure) -> float:
-    """Return the factor that converts a ratio to SI units. The ratios d/Z and γ_F refer to the largest amplitude Z."""
-    return {
-        "clearance_m": amplitude_m,
-        "friction_force_n": structure.stiffness_n_per_m * amplitude_m,
-        "particle_mass_kg": structure.mass_kg,
-        "restitution": 1.0,
-    }[name]

@@ -6,13 +6,12 @@ from dataclasses import replace
 from damperlab.studies.faults import describe, listing
 from damperlab.studies.physical import FRICTION_FORCE, PARTICLE_MASS
 from damperlab.studies.quantity import FRICTION_RATIO, MASS_RATIO, Quantity
-from damperlab.studies.specification.measure import DAMPER_LIMITS, LIMITS, ROUNDING, DamperLimit, Limit
+from damperlab.studies.specification.measure import DAMPER_LIMITS, EVERY_LIMIT, LIMITS, ROUNDING
 from damperlab.studies.specification.specification import (
     RATIO_OF,
     Choice,
     Structure,
     Tolerance,
-    ratio_unit,
 )
 from damperlab.studies.specification.tolerance_fields import ToleranceFields
 
@@ -25,8 +24,7 @@ STICK = Quantity(
 OVER_AMPLITUDE = Quantity("ratio", "ratio [1]", 1e-12, 1e12, "give it over the base amplitude")
 
 QUANTITY_IN = {"m": LENGTH, "m/s": SPEED, "m/s²": ACCELERATION, "1": STICK}
-EVERY: tuple[Limit | DamperLimit, ...] = (*LIMITS.values(), *DAMPER_LIMITS.values())
-IN_RATIOS = {each.ratio: each.name for each in EVERY if each.ratio and each.ratio != each.name}
+IN_RATIOS = {each.ratio: each.name for each in EVERY_LIMIT.values() if each.ratio and each.ratio != each.name}
 """Name of a limit in SI units, by the name of the limit in ratios, if the two names differ."""
 LIMIT_QUANTITIES = {
     **{each.name: QUANTITY_IN[each.unit] for each in LIMITS.values()},
@@ -83,7 +81,7 @@ class LimitFields(ToleranceFields):
         in_units = [key for key in values if key not in IN_RATIOS and key != STICK.name]
         if in_units:
             told = "{field} are in units, but the specification is in ratios."
-            ratios = [each.ratio for each in EVERY if each.name in in_units and each.ratio]
+            ratios = [each.ratio for each in EVERY_LIMIT.values() if each.name in in_units and each.ratio]
             give = f"give {listing(ratios)}, or add" if ratios else "add"
             self._fault(
                 "limits",
@@ -94,8 +92,8 @@ class LimitFields(ToleranceFields):
             )
         ratios_of = {IN_RATIOS.get(key, key): limit for key, limit in values.items() if key not in in_units}
         return {
-            each.name: ratios_of[each.name] * ratio_unit(each.name, amplitude_m, structure)
-            for each in EVERY
+            each.name: ratios_of[each.name] * structure.reference(each.unit, amplitude_m)
+            for each in EVERY_LIMIT.values()
             if each.name in ratios_of
         }
 

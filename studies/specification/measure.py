@@ -224,3 +224,5 @@ DAMPER_LIMITS = {
     )
 }
 """Limits on the damper itself."""
+EVERY_LIMIT: dict[str, Limit | DamperLimit] = {**LIMITS, **DAMPER_LIMITS}
+"""All limits, on results and on the damper itself."""

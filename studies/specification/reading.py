@@ -29,7 +29,6 @@ from damperlab.studies.specification.specification import (
     Specification,
     Structure,
     beside_rubbing,
-    ratio_unit,
 )
 from damperlab.studies.text import Format, is_file, load_text, read_file, unknown_name
 from damperlab.studies.variables import MADE_BY
@@ -174,7 +173,7 @@ class _Reader(LimitFields):
         tolerances = self._tolerances(choices, largest_m, structure)
         limits = self._limits(largest_m, structure)
         references = () if self._in_units else DAMPER_LIMITS
-        units = {name: ratio_unit(name, largest_m, structure) for name in references}
+        units = {name: structure.reference(DAMPER_LIMITS[name].unit, largest_m) for name in references}
         bounds = self._within_limits(choices, limits, tolerances, units)
         self._rubbing(choices)
         if judge == "worst" and (limits.keys() & LIMITS.keys()) - {"displacement_m"}:

@@ -12,7 +12,7 @@ import numpy as np
 
 from damperlab.studies.specification.excitation import Amplitude, Case, Excitation, Motion, RecordCases, Under
 from damperlab.studies.specification.measure import (
-    DAMPER_LIMITS,
+    EVERY_LIMIT,
     LIMITS,
     MEASURES,
     RECORD_MEASURES,
@@ -95,31 +95,17 @@ class Structure:
         """
         return self.stiffness_n_per_m if motion.force else float(self.angular_frequency**motion.order)
 
-
-def ratio_unit(limit: str, amplitude_m: float, structure: Structure) -> float:
-    """Return the reference quantity of a limit, in the unit of the limit.
-
-    A limit given as a ratio is a multiple of this quantity.
-
-    Parameters
-    ----------
-    limit : str
-        Name of the limit in `LIMITS` or `DAMPER_LIMITS`.
-    amplitude_m : float
-        The largest base amplitude Z.
-    structure : Structure
-        The structure.
-    """
-    unit = (LIMITS[limit] if limit in LIMITS else DAMPER_LIMITS[limit]).unit
-    omega = structure.angular_frequency
-    return {
-        "1": 1.0,
-        "m": amplitude_m,
-        "m/s": omega * amplitude_m,
-        "m/s²": omega**2 * amplitude_m,
-        "N": structure.stiffness_n_per_m * amplitude_m,
-        "kg": structure.mass_kg,
-    }[unit]
+    def reference(self, unit: str, amplitude_m: float) -> float:
+        """Return the quantity with a given unit to which ratios refer, for the largest base amplitude Z."""
+        omega = self.angular_frequency
+        return {
+            "1": 1.0,
+            "m": amplitude_m,
+            "m/s": omega * amplitude_m,
+            "m/s²": omega**2 * amplitude_m,
+            "N": self.stiffness_n_per_m * amplitude_m,
+            "kg": self.mass_kg,
+        }[unit]
 
 
 @dataclass(frozen=True)
@@ -319,11 +305,13 @@ class Specification:
 
         If the specification is in ratios, the result is the name of the limit as a ratio.
         """
-        return limit if self.in_units else (LIMITS[limit] if limit in LIMITS else DAMPER_LIMITS[limit]).ratio
+        return limit if self.in_units else EVERY_LIMIT[limit].ratio
 
     def as_limited(self, limit: str, value: float) -> float:
-        """Convert a value to the form in which the document states the limit: in units, or as a ratio."""
-        return value if self.in_units else value / ratio_unit(limit, self.largest_m, self.structure)
+        """Convert a value to the form of a limit in the document: in the unit of the limit, or as a ratio."""
+        if self.in_units:
+            return value
+        return value / self.structure.reference(EVERY_LIMIT[limit].unit, self.largest_m)
 
     def limited(self, limit: str, under: Under) -> tuple[str, ...]:
         """Return the variables whose product must stay within a limit.

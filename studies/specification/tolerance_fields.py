@@ -5,7 +5,7 @@ from collections.abc import Mapping
 
 from damperlab.studies.faults import describe
 from damperlab.studies.quantity import OF_CAVITY, Quantity
-from damperlab.studies.specification.damper import NAME_OF, DamperFields, scale_of
+from damperlab.studies.specification.damper import NAME_OF, DamperFields
 from damperlab.studies.specification.measure import ROUNDING
 from damperlab.studies.specification.specification import (
     CHOSEN,
@@ -16,6 +16,7 @@ from damperlab.studies.specification.specification import (
     Structure,
     Tolerance,
 )
+from damperlab.studies.spelling import unit_of
 from damperlab.studies.variables import MADE_BY
 
 SHARE = Quantity("share", "share of the value", 0.0, 0.5, "write 10% for a tenth, or a number in the unit")
@@ -79,7 +80,7 @@ class ToleranceFields(DamperFields):
             if key != name and not tolerance.relative:
                 if structure is None or amplitude_m is None:
                     continue
-                scale = scale_of(name, amplitude_m, structure)
+                scale = structure.reference(unit_of(name), amplitude_m)
             if name in choices:
                 self._check_size(field, name, tolerance, choices[name], scale)
             found[name] = Tolerance(tolerance.size * scale, tolerance.relative)

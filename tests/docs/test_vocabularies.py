@@ -30,7 +30,7 @@ VOCABULARIES: dict[str, Collection[str]] = {
     "criteria": vocabulary.CRITERIA,
     "contact models": vocabulary.CONTACT_MODELS,
     "kinds of start": vocabulary.START_KINDS,
-    "reductions": vocabulary.REDUCTIONS,
+    "reductions": get_args(vocabulary.Reduction),
     "formats of export": vocabulary.EXPORT_FORMATS,
     "cases": vocabulary.CASES,
     "units of acceleration": vocabulary.ACCELERATION_UNITS,

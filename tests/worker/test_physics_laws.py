@@ -1,4 +1,4 @@
-"""The laws of physics, each in both of its forms: friction, impact, the compliant wall and the structure alone."""
+"""The laws of physics, each in both of its forms: friction, impact and the compliant wall."""
 
 from math import inf, pi
 
@@ -17,7 +17,6 @@ from damperlab.worker.physics.compliant_wall import (
 )
 from damperlab.worker.physics.friction import breakaway, hold_force, slip_direction
 from damperlab.worker.physics.impact import impact_loss, kept_energy, part, rebound
-from damperlab.worker.physics.structure import relative_transmissibility, transmissibility
 
 numbers = st.floats(-1e3, 1e3)
 
@@ -139,21 +138,3 @@ def test_a_wall_pushes_and_never_pulls(form: str, k: float, c: float, depth: flo
     energy = in_form(spring_energy, form)(k, depth)
     assert abs(energy - 0.5 * k * max(depth, 0.0) ** 2) <= 2 * EPS * energy
     assert in_form(reduced_mass, form)(1.0) == 0.5
-
-
-@both
-@FIXED
-@given(damping=st.floats(1e-6, 2.0), r=st.floats(1e-3, 1e3))
-def test_transmissibility_is_that_of_the_complex_response(form: str, damping: float, r: float) -> None:
-    with mpmath.workdps(40):
-        loss = 2 * mpmath.mpf(damping) * r
-        below = mpmath.mpc(1 - mpmath.mpf(r) ** 2, loss)
-        absolute, relative = abs(mpmath.mpc(1, loss) / below), mpmath.mpf(r) ** 2 / abs(below)
-    assert abs(in_form(transmissibility, form)(damping, r) / absolute - 1) <= 8 * EPS
-    assert abs(in_form(relative_transmissibility, form)(damping, r) / relative - 1) <= 8 * EPS
-
-
-@both
-def test_without_damping_resonance_has_no_bound(form: str) -> None:
-    assert in_form(transmissibility, form)(0.0, 1.0) == inf
-    assert in_form(relative_transmissibility, form)(0.0, 1.0) == inf

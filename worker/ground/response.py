@@ -71,26 +71,14 @@ class Ready(NamedTuple):
     free: Any
 
 
-def record_base(
-    structure: Structure, motion: GroundMotion, factor: float, tail_s: float, fastest: float = 1.0
-) -> RecordBase:
-    """Divide a record into panels for a structure.
-
-    `fastest` is the highest frequency of the system relative to the natural frequency of the structure.
-    """
-    sign = 1.0 if factor > 0 else -1.0
-    return make_record_base(
-        sign * motion.acceleration_m_s2 / motion.peak_m_s2,
+def made_ready(structure: Structure, motion: GroundMotion, factor: float, tail_s: float) -> Ready:
+    """Prepare the data that depend only on the structure, the record, the tail and the sign of `factor`."""
+    base = make_record_base(
+        (1.0 if factor > 0 else -1.0) * motion.acceleration_m_s2 / motion.peak_m_s2,
         structure.omega * motion.step_s,
         structure.damping_ratio,
         structure.omega * tail_s,
-        fastest,
     )
-
-
-def made_ready(structure: Structure, motion: GroundMotion, factor: float, tail_s: float) -> Ready:
-    """Prepare the data that depend only on the structure, the record, the tail and the sign of `factor`."""
-    base = record_base(structure, motion, factor, tail_s)
     return Ready(base, make_linear_motion(base, 1.0, None))
 
 

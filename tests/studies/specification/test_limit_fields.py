@@ -7,8 +7,9 @@ from tests.studies.documents import without
 from tests.studies.specification.test_specification import PROTOTYPE, RATIOS, changed, faults_of
 
 from damperlab.studies.faults import StudyFaults
+from damperlab.studies.specification.measure import EVERY_LIMIT
 from damperlab.studies.specification.reading import parse_specification, read_specification
-from damperlab.studies.specification.specification import Tolerance, ratio_unit
+from damperlab.studies.specification.specification import Tolerance
 
 GIVEN = PROTOTYPE | {
     "choose": {"clearance_m": {"start": 0.0015, "stop": 0.03}},
@@ -76,8 +77,9 @@ def test_limits_in_ratios_are_over_amplitude_and_natural_frequency(structure: di
     asked = parse_specification(
         RATIOS | {"structure": RATIOS["structure"] | structure, "limits": OF_RESULTS | of_damper}
     )
-    units = {name: ratio_unit(name, 1.0, asked.structure) for name in asked.limits | asked.damper_limits}
-    given = {name: limit / units[name] for name, limit in (asked.limits | asked.damper_limits).items()}
+    limits = asked.limits | asked.damper_limits
+    units = {name: asked.structure.reference(EVERY_LIMIT[name].unit, 1.0) for name in limits}
+    given = {name: limit / units[name] for name, limit in limits.items()}
     assert list(given.values()) == pytest.approx([*OF_RESULTS.values(), *of_damper.values()], rel=1e-14)
     omega = asked.structure.angular_frequency
     assert (units["impact_speed_m_per_s"], units["impact_noise_m_per_s2"]) == (omega, omega**2)
