@@ -38,7 +38,7 @@ from damperlab.studies.store.catalogue.rows import (
     sums_of_marks,
 )
 from damperlab.studies.store.catalogue.rowsum import is_sound
-from damperlab.studies.store.catalogue.tables import access_keys, done_blocks, events, keys, metadata, studies
+from damperlab.studies.store.catalogue.tables import access_keys, done_blocks, events, metadata, studies
 from damperlab.studies.store.cube.block_file import BLOCKS, parse_block_key, read_header
 from damperlab.studies.store.cube.definition import parse_stored
 from damperlab.studies.store.cube.description import DESCRIPTION, Description, describe_cube
@@ -332,9 +332,9 @@ def _sound_marks(connection: Connection, number: int) -> tuple[set[int], int]:
 
 
 def _drop_damaged(catalogue: Catalogue) -> None:
-    """Remove damaged rows that cannot be restored from a cube: events, idempotency keys, and access keys."""
+    """Remove damaged rows that cannot be restored from a cube: events and access keys."""
     with catalogue.writing() as connection:
-        for table in (keys, events, access_keys):
+        for table in (events, access_keys):
             own = next(iter(table.primary_key.columns))
             for row in connection.execute(select(table)).all():
                 if not is_sound(table, row):

@@ -310,7 +310,6 @@ def test_a_cube_that_cannot_be_read_is_told_and_costs_no_other(copied):
         "UPDATE events SET what = CAST(x'ff41' AS TEXT) WHERE number = 1",
         "UPDATE studies SET name = CAST(x'ff41' AS TEXT) WHERE number = 1",
         "UPDATE done_blocks SET generation = CAST(x'ff41' AS TEXT) WHERE study = 1 AND block = 3",
-        "INSERT INTO keys (key, digest, at, crc) VALUES ('k', 'd', 1.0, 5)",
         "UPDATE facts SET value = '' WHERE key = 'revision'",
         "ALTER TABLE studies RENAME COLUMN note TO nota",
         "ALTER TABLE events RENAME TO evens",
