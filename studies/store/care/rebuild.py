@@ -46,7 +46,13 @@ from damperlab.studies.store.faults import CatalogueDamaged, StoreFault, cannot_
 from damperlab.studies.store.files.folder import Folder
 from damperlab.studies.store.files.shelf import Shelf
 from damperlab.studies.store.life_cycle.entering import Submission
-from damperlab.studies.store.life_cycle.manifest import NOT_KEPT, lost_end, read_marks, read_tombstone
+from damperlab.studies.store.life_cycle.manifest import (
+    NOT_KEPT,
+    lost_end,
+    put_off_marks,
+    read_marks,
+    read_tombstone,
+)
 from damperlab.studies.store.provenance import asked_by
 from damperlab.studies.store.record import BlockOutcome
 
@@ -272,7 +278,7 @@ def _add(catalogue: Catalogue, shelf: Shelf, study_id: str, number: int, found: 
             _insert_marks(connection, number, fresh)
             found.blocks += len(fresh)
             found.restored += row is not None and restored
-            _sum_up(connection, number, total, cube.kept, restored)
+            _sum_up(connection, study_id, number, total, cube.kept, restored)
 
 
 def _read(shelf: Shelf, study_id: str, found: Rebuilt) -> _Cube | None:
@@ -380,7 +386,9 @@ def _insert_marks(connection: Connection, number: int, marks: list[dict[str, Any
         connection.execute(insert(done_blocks), rows)
 
 
-def _sum_up(connection: Connection, number: int, total: int, kept: dict[str, Any], restored: bool) -> None:
+def _sum_up(
+    connection: Connection, study_id: str, number: int, total: int, kept: dict[str, Any], restored: bool
+) -> None:
     change = sums_of_marks(connection, number)
     # use a revision above all revisions of the lost catalogue
     columns = studies.c.revision, studies.c.state
@@ -391,8 +399,10 @@ def _sum_up(connection: Connection, number: int, total: int, kept: dict[str, Any
         last = connection.execute(
             select(func.max(done_blocks.c.at)).where(done_blocks.c.study == number)
         ).scalar()
-        change |= {"state": kept.get("state", "done") if kept.get("state") in ("done", "failed") else "done"}
-        change |= {"finished": kept.get("finished") or last}
+        complete = kept.get("state") in ("done", "failed")
+        change |= {"state": kept["state"] if complete else "done", "finished": kept.get("finished") or last}
+        if not complete:  # the list of marks in the cube is missing, or lacks the last blocks
+            put_off_marks(connection, study_id)
     elif restored and kept.get("state") in ("cancelled", "failed"):
         change |= {name: kept.get(name) for name in ("state", "finished", "message")}
     elif restored or before.state == "done":
