@@ -39,7 +39,6 @@ def open_cluster(settings: Settings, wanted: Callable[[], int]) -> "AbstractCont
 
     most = max(MOST_JOBS, settings.workers_min) if settings.workers is None else settings.workers
     jobs = Jobs(
-        settings.cluster,
         most,
         settings.workers_min,
         settings.job_seconds,
