@@ -32,8 +32,6 @@ class Jobs:
     ----------
     most : int
         Largest number of jobs that wait or run at the same time. Each job runs one worker on one core.
-    fewest : int
-        Smallest number of jobs, even if fewer blocks are left.
     wall_seconds : float
         Wall time of a job [s]. The worker exits before this time.
     memory_bytes : int
@@ -43,7 +41,6 @@ class Jobs:
     """
 
     most: int = 16
-    fewest: int = 0
     wall_seconds: float = 3600.0
     memory_bytes: int = 2 << 30
     options: str = ""
@@ -81,8 +78,8 @@ def worker_name(submission: int, task: int | str) -> str:
     return f"job-{submission}-{task}"
 
 
-def script(jobs: Jobs, place: Place, submission: int, count: int, idle: bool) -> str:
-    """Return a batch script for `count` jobs. If `idle` is true, workers without work do not exit early."""
+def script(jobs: Jobs, place: Place, submission: int, count: int) -> str:
+    """Return a batch script for `count` jobs."""
     whole = math.floor(jobs.wall_seconds)
     directives = _DIRECTIVES.format(
         megabytes=math.ceil(jobs.memory_bytes / (1 << 20)),
@@ -100,7 +97,7 @@ def script(jobs: Jobs, place: Place, submission: int, count: int, idle: bool) ->
         *("--tls", str(place.tls)),
         *("--lifetime", f"{lifetime:g}"),
         *("--leave-within", f"{LEAVE_SECONDS:g}"),
-        *(() if idle else ("--leave-idle", f"{IDLE_SECONDS:g}")),
+        *("--leave-idle", f"{IDLE_SECONDS:g}"),
         *("--memory-limit", f"{jobs.memory_bytes}B"),
     ]
     name = worker_name(submission, "${SLURM_ARRAY_TASK_ID}")

@@ -44,7 +44,6 @@ class Hired:
         self._submitted: dict[str, set[str]] = {}
         self._came: set[str] = set()
         self._gone: set[str] = set()
-        self._lasting: set[str] = set()
         self._again = 0.0
 
     def look(self, wanted: int, present: set[str], now: float) -> None:
@@ -67,18 +66,10 @@ class Hired:
         names = set().union(*self._submitted.values())
         self._came |= present & names
         self._gone = self._came - present
-        alive = names - self._gone
-        lasting = len(self._lasting - self._gone)
-        most = self._jobs.most
-        if now < self._again:
-            return
-        for count, idle in (
-            (self._jobs.fewest - lasting, True),
-            (min(most, wanted) - max(len(alive), self._jobs.fewest), False),
-        ):
-            if count > 0:
-                self._again = now + AGAIN_SECONDS
-                self._submit(count, idle)
+        missing = min(self._jobs.most, wanted) - len(names - self._gone)
+        if missing > 0 and now >= self._again:
+            self._again = now + AGAIN_SECONDS
+            self._submit(missing)
 
     def dismiss(self) -> None:
         """Cancel all jobs that have not ended."""
@@ -88,13 +79,10 @@ class Hired:
                 with suppress(ClusterUnusable):
                     cancel(job)
 
-    def _submit(self, count: int, idle: bool) -> None:
+    def _submit(self, count: int) -> None:
         number = len(self._submitted) + 1
-        job = submit(script(self._jobs, self._place, number, count, idle))
-        names = {worker_name(number, task) for task in range(1, count + 1)}
-        self._submitted[job] = names
-        if idle:
-            self._lasting |= names
+        job = submit(script(self._jobs, self._place, number, count))
+        self._submitted[job] = {worker_name(number, task) for task in range(1, count + 1)}
         _log.info("%d jobs submitted as %s", count, job)
 
 
@@ -174,13 +162,6 @@ def _check(jobs: Jobs, folder: Path) -> None:
             f"{jobs.wall_seconds:g}",
             f"{SHORTEST_SECONDS:g} or more",
             "give jobs time to start, to compute and to leave",
-        )
-    if jobs.fewest > jobs.most:
-        raise ClusterUnusable(
-            "workers_min",
-            f"{jobs.fewest}, with at most {jobs.most} workers",
-            f"at most {jobs.most}",
-            "raise `workers`, or lower `workers_min`",
         )
     if any(sign.isspace() for sign in str(folder)):
         raise ClusterUnusable(

@@ -32,22 +32,8 @@ def queue(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Path:
     return make_queue(tmp_path, monkeypatch)
 
 
-def computed(folder: Path, study: dict[str, object], *more: str, **environment: str) -> str:
-    """Run a study through jobs; what the command says."""
-    (folder / "study.yaml").write_text(yaml.safe_dump(study))
-    done = subprocess.run(
-        [
-            *(sys.executable, "-m", "damperlab", "run", "study.yaml", "--cluster", "slurm"),
-            *("--data-dir", folder / "data", *more),
-        ],
-        cwd=folder, env=os.environ | environment, timeout=SECONDS, capture_output=True, text=True, check=False,
-    )  # fmt: skip
-    assert done.returncode == 0, done.stdout + done.stderr
-    return done.stdout + done.stderr
-
-
 def test_script_is_what_slurm_reads() -> None:
-    text = script(Jobs(wall_seconds=5430.0, options="--partition=short"), PLACE, 2, 8, idle=False)
+    text = script(Jobs(wall_seconds=5430.0, options="--partition=short"), PLACE, 2, 8)
     expected = (Path(__file__).parent / "job_scripts" / "slurm.sh").read_text()
     assert text == expected.replace("PYTHON", sys.executable)
     # what the shell would refuse the batch system could not begin
@@ -67,43 +53,37 @@ def test_jobs_are_submitted_as_there_is_work_and_replaced_when_their_workers_hav
     with pytest.MonkeyPatch.context() as patch:
         patch.chdir(tmp_path)
         patch.setenv("PATH", f"{tmp_path}:{os.environ['PATH']}")
-        hired = Hired(Jobs(most=5, fewest=1), PLACE)
+        hired = Hired(Jobs(most=5), PLACE)
 
         def counts() -> list[int]:
             lines = (tmp_path / "submitted").read_text().splitlines()
             return [int(line.rpartition("-")[2]) for line in lines if "--array" in line]
 
         hired.look(3, set(), 0.0)
-        # one that stays, and two for the rest of the work
-        assert counts() == [1, 2]
-        assert (tmp_path / "submitted").read_text().count("--leave-idle") == 1
+        assert counts() == [3]
         # jobs that wait in the queue are no reason for more of them
         hired.look(3, {"job-1-1"}, AGAIN_SECONDS)
-        assert counts() == [1, 2]
-        hired.look(100, {"job-1-1", "job-2-2", "somebody"}, AGAIN_SECONDS)
-        assert counts() == [1, 2, 2]
+        assert counts() == [3]
+        hired.look(100, {"job-1-1", "job-1-3", "somebody"}, AGAIN_SECONDS)
+        assert counts() == [3, 2]
         # one has left, and nobody is asked for again and again
-        here = {"job-1-1", "job-2-1", "job-3-1", "job-3-2"}
+        here = {"job-1-1", "job-1-2", "job-2-1", "job-2-2"}
         hired.look(100, here, AGAIN_SECONDS + 1.0)
-        assert counts() == [1, 2, 2]
+        assert counts() == [3, 2]
         hired.look(100, here, 2 * AGAIN_SECONDS)
-        assert counts() == [1, 2, 2, 1]
+        assert counts() == [3, 2, 1]
         # nothing is left to compute: those that are there leave by themselves
-        hired.look(0, here, 4 * AGAIN_SECONDS)
-        assert counts() == [1, 2, 2, 1]
-        # all that stayed has gone
-        hired.look(0, set(), 5 * AGAIN_SECONDS)
-        assert counts() == [1, 2, 2, 1, 1]
+        hired.look(0, set(), 4 * AGAIN_SECONDS)
+        assert counts() == [3, 2, 1]
         hired.dismiss()
-        # of the first three jobs all workers came and went; of the others nobody has come
-        assert (tmp_path / "cancelled").read_text().split() == ["4", "5"]
+        # of the first two submissions all workers came and went; of the third nobody has come
+        assert (tmp_path / "cancelled").read_text().split() == ["3"]
 
 
 @pytest.mark.parametrize(
     ("jobs", "folder", "words"),
     [
         (Jobs(wall_seconds=60.0), "data", "job_seconds"),
-        (Jobs(most=2, fewest=3), "data", "workers_min"),
         (Jobs(), "my data", "without blanks"),
     ],
 )
@@ -134,7 +114,15 @@ def test_system_that_is_not_there_or_refuses_is_named(
 
 
 def test_study_is_computed_in_jobs_that_are_taken_back_at_its_end(tmp_path: Path, queue: Path) -> None:
-    computed(tmp_path, STUDY, "--workers", "1", DAMPERLAB_WORKERS_MIN="1")
+    (tmp_path / "study.yaml").write_text(yaml.safe_dump(STUDY))
+    done = subprocess.run(
+        [
+            *(sys.executable, "-m", "damperlab", "run", "study.yaml", "--cluster", "slurm"),
+            *("--data-dir", "data", "--workers", "1"),
+        ],
+        cwd=tmp_path, timeout=SECONDS, capture_output=True, text=True, check=False,
+    )  # fmt: skip
+    assert done.returncode == 0, done.stdout + done.stderr
     with closing(Store.open(tmp_path / "data")) as store:
         record = store.find("batch")
         assert (record.state, record.points_done, record.points_failed) == ("done", 120, 0)
