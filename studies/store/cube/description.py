@@ -1,8 +1,8 @@
 """The file `zarr.json`, which describes a cube. The file is written at submission, and read when the cube is opened.
 
 The file contains Zarr's metadata of the group and of all arrays. The chunks of the arrays are in the files of the
-blocks (`block_file.py`). Every variable has the codec `damperlab.block`, whose configuration lists
-the codecs that encode the values.
+blocks (`block_file.py`). Every variable names the codec `damperlab.block`, which no library has; its configuration
+lists the codecs that encode the values.
 """
 
 import json

@@ -114,11 +114,6 @@ def read_marks(shelf: Shelf) -> tuple[dict[str, Any], list[dict[str, Any]]] | No
         content = shelf.get(MARKS)
     except FileNotFoundError:
         return None
-    return parse_marks(content)
-
-
-def parse_marks(content: bytes) -> tuple[dict[str, Any], list[dict[str, Any]]]:
-    """Parse a list of done-marks, and return the result of `read_marks`; raise `ValueError` for a damaged list."""
     require_seal(content)
     document = json.loads(content)
     columns = document["columns"]
