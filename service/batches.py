@@ -40,9 +40,7 @@ SubmittedDocument = TypeAliasType("SubmittedDocument", RecordDocument | Submitte
 SubmittedBefore = TypeAliasType("SubmittedBefore", RecordDocument | SubmittedList | Estimate | EstimateList)
 
 
-def submit_list(
-    service: Service, documents: list[Any], *, reuse: bool, key: str | None, priority: int = 0
-) -> Document:
+def submit_list(service: Service, documents: list[Any], *, reuse: bool, priority: int = 0) -> Document:
     """Store all studies of a list if all are valid, and return their records in the order of the list.
 
     Parameters
@@ -53,8 +51,6 @@ def submit_list(
         Definitions of the studies as read from JSON or YAML.
     reuse : bool
         Whether points of earlier studies may be reused.
-    key : str, optional
-        Value of the header Idempotency-Key. A list with this header is refused.
     priority : int
         Priority of all studies.
 
@@ -64,7 +60,7 @@ def submit_list(
         If studies are invalid. The field of each fault begins with the index of its study, for example
         ``[3].axes.friction_ratio``.
     """
-    studies = _parse(documents, service.settings.records, key)
+    studies = _parse(documents, service.settings.records)
     chunks = [make_plan(study, seconds_per_point).chunk for study in studies]
     by = provenance()
     entered = service.store.submit_all(
@@ -75,14 +71,14 @@ def submit_list(
     return Document({"studies": some}, 201 if any(created for _, created in entered) else 200)
 
 
-def estimate_list(store: Store, shelf: Shelf, documents: list[Any], key: str | None) -> Document:
+def estimate_list(store: Store, shelf: Shelf, documents: list[Any]) -> Document:
     """Estimate the cost of each study of a list. Invalid studies raise `StudyFaults` as in `submit_list`."""
-    studies = _parse(documents, shelf, key)
+    studies = _parse(documents, shelf)
     sizes = [estimate_document(each, make_plan(each, seconds_per_point), store) for each in studies]
     return Document({"studies": sizes})
 
 
-def _parse(documents: list[Any], shelf: Shelf, key: str | None) -> list[AnyStudy]:
+def _parse(documents: list[Any], shelf: Shelf) -> list[AnyStudy]:
     if not 1 <= len(documents) <= MOST_STUDIES:
         advice = "send one study without brackets, or several lists"
         raise StudyFaults(
@@ -96,18 +92,7 @@ def _parse(documents: list[Any], shelf: Shelf, key: str | None) -> list[AnyStudy
                 )
             ]
         )
-    faults = []
-    if key is not None:
-        advice = "leave it out: a definition that is sent again does not create another study"
-        faults.append(
-            Fault(
-                "Idempotency-Key",
-                "a key for a list of studies",
-                "one for a single study",
-                advice,
-                "`Idempotency-Key` applies to a single study, not to a list.",
-            )
-        )
+    faults: list[Fault] = []
     studies: list[AnyStudy] = []
     values = 0
     for place, document in enumerate(documents):

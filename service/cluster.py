@@ -37,15 +37,8 @@ def open_cluster(settings: Settings, wanted: Callable[[], int]) -> "AbstractCont
         return connect(settings.workers, settings.scheduler)
     from damperlab.worker.cluster.jobs import hire
 
-    most = max(MOST_JOBS, settings.workers_min) if settings.workers is None else settings.workers
-    jobs = Jobs(
-        settings.cluster,
-        most,
-        settings.workers_min,
-        settings.job_seconds,
-        settings.job_memory_bytes,
-        settings.job_options,
-    )
+    most = MOST_JOBS if settings.workers is None else settings.workers
+    jobs = Jobs(most, settings.job_seconds, settings.job_memory_bytes, settings.job_options)
     return hire(jobs, settings.cluster_host, settings.data_dir / "jobs", wanted)
 
 

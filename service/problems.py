@@ -20,7 +20,6 @@ from damperlab.studies.pydantic_faults import value_fault
 from damperlab.studies.store.faults import (
     BlockDamaged,
     CatalogueDamaged,
-    KeyTaken,
     NothingToDo,
     QuotaReached,
     RevisionGone,
@@ -197,7 +196,6 @@ STORE_UNAVAILABLE = "store-unavailable"
 _STORE_PROBLEMS: dict[type[StoreFault], tuple[int, str, str]] = {
     StudyNotFound: (404, "study-not-found", "There is no such study."),
     StudyBusy: (409, "study-busy", "A process works on the study."),
-    KeyTaken: (422, "key-taken", "The key belongs to another definition."),
     RevisionGone: (
         410,
         "revision-gone",

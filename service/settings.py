@@ -139,9 +139,6 @@ class Settings(BaseSettings):
     cluster_host: str | None = Field(
         None, description="Name or address by which jobs reach this machine; its host name by default."
     )
-    workers_min: int = Field(
-        0, ge=0, le=1024, description="Least number of jobs to keep, even if fewer blocks are left."
-    )
     job_seconds: float = Field(
         3600.0, gt=0.0, description="Wall time of a job, in seconds; the worker leaves before the job ends."
     )

@@ -17,7 +17,7 @@ The permission `submit` includes changes to studies of the key's owner, and `adm
 PRIORITIES = -10, 10
 """Lowest and highest priority of a study; the default is 0."""
 
-BatchSystem = Literal["slurm", "pbs"]
+BatchSystem = Literal["slurm"]
 """Batch systems for jobs that run workers."""
 
 Objective = Literal["peak", "resonance", "band_mean", "band_rms"]

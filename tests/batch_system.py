@@ -1,6 +1,6 @@
 """A batch system that begins every job at once, on this machine, and kills it when its wall time is over.
 
-It reads directives by rules of its own, and answers as the real ones do. A job has a number, is begun once for each place
+It reads directives by rules of its own, and answers as Slurm does. A job has a number, is begun once for each place
 of its array, and what it prints lies beside the script.
 """
 
@@ -28,21 +28,13 @@ LASTING: dict[str, Any] = {
     },
 }
 """A study of about sixteen core seconds."""
-TASK = {
-    "sbatch": "SLURM_ARRAY_TASK_ID",
-    "qsub": "PBS_ARRAY_INDEX",
-}
-ANSWER = {
-    "sbatch": "{0};main",
-    "qsub": "{0}[].server",
-}
 
 
 def put_commands(folder: Path) -> Path:
-    """Make the commands of all systems in a folder; give where jobs are kept."""
+    """Make the commands of the system in a folder; give where jobs are kept."""
     kept = folder / "queue"
     kept.mkdir(parents=True)
-    for name in ("sbatch", "scancel", "qsub", "qdel"):
+    for name in ("sbatch", "scancel"):
         command = folder / name
         command.write_text(f'#!/bin/sh\nexec {sys.executable} {__file__} {kept} {name} "$@"\n')
         command.chmod(0o755)
@@ -72,35 +64,33 @@ def wait_until_ended(kept: Path, seconds: float = 3000.0) -> None:
         time.sleep(0.2)
 
 
-def _submit(kept: Path, command: str, text: str) -> None:
-    array = re.search(r"(?:--array=|-J )1-(\d+)", text)
-    wall = re.search(r"(?:--time=|walltime=)(\d+):(\d+):(\d+)", text)
+def _submit(kept: Path, text: str) -> None:
+    array = re.search(r"--array=1-(\d+)", text)
+    wall = re.search(r"--time=(\d+):(\d+):(\d+)", text)
+    assert array is not None
     assert wall is not None
     seconds = 3600 * int(wall[1]) + 60 * int(wall[2]) + int(wall[3])
     number = len(list(kept.glob("*.sh"))) + 1
     script = kept / f"{number}.sh"
     script.write_text(text)
-    count = int(array[1]) if array else 1
     pids = []
-    for task in range(1, count + 1):
+    for task in range(1, int(array[1]) + 1):
         with (kept / f"{number}-{task}.log").open("wb") as log:
             job = subprocess.Popen(
                 ["timeout", "--signal=KILL", str(seconds), "sh", script],
                 stdin=subprocess.DEVNULL,
                 stdout=log,
                 stderr=log,
-                env={**os.environ, **({TASK[command]: str(task)} if array else {})},
+                env={**os.environ, "SLURM_ARRAY_TASK_ID": str(task)},
                 start_new_session=True,
             )
         pids.append(str(job.pid))
     (kept / f"{number}.pids").write_text("\n".join(pids))
-    print(ANSWER[command].format(number, count))
+    print(f"{number};main")
 
 
 def _cancel(kept: Path, job: str) -> None:
-    found = re.match(r"\d+", job)
-    assert found is not None, job
-    for pid in (kept / f"{found[0]}.pids").read_text().split():
+    for pid in (kept / f"{job}.pids").read_text().split():
         try:
             # `timeout` hands it on to what it runs
             os.kill(int(pid), signal.SIGTERM)
@@ -110,7 +100,7 @@ def _cancel(kept: Path, job: str) -> None:
 
 if __name__ == "__main__":
     folder, name, *rest = sys.argv[1:]
-    if name in ("scancel", "qdel"):
+    if name == "scancel":
         _cancel(Path(folder), rest[0])
     else:
-        _submit(Path(folder), " ".join([name, *rest]).removesuffix(" --parsable"), sys.stdin.read())
+        _submit(Path(folder), sys.stdin.read())

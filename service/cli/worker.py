@@ -54,15 +54,6 @@ def worker(
             "about to be reclaimed.",
         ),
     ] = None,
-    notice_url: Annotated[
-        str | None,
-        typer.Option(
-            metavar="URL",
-            help="Ask this address every 5 seconds. Leave the cluster once it answers with status 200 and a "
-            "body other than FALSE, NONE or nothing. Spot instances have such addresses.",
-            show_default=False,
-        ),
-    ] = None,
     leave_idle: Annotated[
         float | None,
         typer.Option(
@@ -89,13 +80,11 @@ def worker(
 ) -> None:
     """Compute blocks for a scheduler, one by one. Before a worker leaves, it completes or returns its block."""
     from damperlab.worker.cluster.certificates import security
-    from damperlab.worker.worker_process.worker import Terms, faulty, serve_worker
+    from damperlab.worker.worker_process.worker import Terms, serve_worker
 
-    if notice_url is not None and (wrong := faulty(notice_url)):
-        raise typer.BadParameter(f"{wrong}. Name an http or https address.", param_hint="--notice-url")
     notice = None if notice is None else notice.absolute()
     alive = None if alive is None else alive.absolute()
-    terms = Terms(leave_within, lifetime, notice, notice_url, leave_idle, alive)
+    terms = Terms(leave_within, lifetime, notice, leave_idle, alive)
     serve_worker(scheduler, security(tls, scheduler), terms, memory_limit, name)
 
 

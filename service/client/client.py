@@ -2,7 +2,6 @@
 
 import json
 from collections.abc import Iterable, Iterator, Mapping, Sequence
-from hashlib import blake2b
 from pathlib import Path
 from types import TracebackType
 from typing import TYPE_CHECKING, Any
@@ -110,13 +109,8 @@ class Client:
         Refused
             If the study has faults. The exception lists every fault with field, found value, allowed values and advice.
         """
-        sent = _study(study)
-        # equal studies have equal idempotency keys
-        sent["headers"]["Idempotency-Key"] = blake2b(sent["content"], digest_size=16).hexdigest()
-        return Study(
-            self._transport,
-            self._transport.ask("POST", "/studies", params={"reuse": reuse, "priority": priority}, **sent),
-        )
+        asked = {"reuse": reuse, "priority": priority}
+        return Study(self._transport, self._transport.ask("POST", "/studies", params=asked, **_study(study)))
 
     def submit_all(
         self, studies: "Iterable[Definition]", reuse: bool = True, priority: int = 0

@@ -60,16 +60,6 @@ class SubmitQuery(BaseModel):
     )
 
 
-IdempotencyKey = Annotated[
-    str | None,
-    Header(
-        min_length=1,
-        max_length=200,
-        description="A name for this submission; another definition under the same name is refused.",
-    ),
-]
-
-
 class ListQuery(BaseModel):
     """Parameters of the list of studies."""
 
@@ -125,7 +115,6 @@ async def submit(
     service: TheService,
     query: Annotated[SubmitQuery, Query()],
     caller: TheCaller,
-    idempotency_key: IdempotencyKey = None,
 ) -> Document:
     """Submit a study as JSON or YAML.
 
@@ -139,18 +128,8 @@ async def submit(
     body = await read_body(request, service.settings.body_limit_bytes)
     written_in: Format = "json" if kind in JSON_TYPES else "yaml"
     if query.dry_run:
-        return await service.work.run(
-            request, _estimated, service.settings, body, written_in, idempotency_key
-        )
-    return await run_sync(
-        _submit,
-        service,
-        body,
-        written_in,
-        query,
-        idempotency_key,
-        limiter=service.submissions,
-    )
+        return await service.work.run(request, _estimated, service.settings, body, written_in)
+    return await run_sync(_submit, service, body, written_in, query, limiter=service.submissions)
 
 
 def _require_leave(caller: Caller, priority: int) -> None:
@@ -167,26 +146,24 @@ def _require_leave(caller: Caller, priority: int) -> None:
         raise Problem(403, "scope-lacking", "The key does not allow this priority.", (fault,))
 
 
-def _estimated(settings: Settings, body: bytes, kind: Format, key: str | None) -> Document:
+def _estimated(settings: Settings, body: bytes, kind: Format) -> Document:
     document = load_text(body, kind, guarded=True)
     store = store_of(settings)
     if isinstance(document, list):
-        return estimate_list(store, settings.records, document, key)
+        return estimate_list(store, settings.records, document)
     study = parse_study(document, settings.records)
     return Document(estimate_document(study, make_plan(study, seconds_per_point), store))
 
 
-def _submit(service: Service, body: bytes, kind: Format, query: SubmitQuery, key: str | None) -> Document:
+def _submit(service: Service, body: bytes, kind: Format, query: SubmitQuery) -> Document:
     document = load_text(body, kind, guarded=True)
     if isinstance(document, list):
         reuse = query.reuse and service.settings.reuse
-        return submit_list(service, document, reuse=reuse, key=key, priority=query.priority)
+        return submit_list(service, document, reuse=reuse, priority=query.priority)
     study = parse_study(document, service.settings.records)
     plan = make_plan(study, seconds_per_point)
     reuse = query.reuse and service.settings.reuse
-    record, created = service.store.submit(
-        study, plan, provenance(), reuse=reuse, key=key, priority=query.priority
-    )
+    record, created = service.store.submit(study, plan, provenance(), reuse=reuse, priority=query.priority)
     service.dispatcher.wake()
     return Document(record.document(), 201 if created else 200, {"Location": f"{router.prefix}/{record.id}"})
 

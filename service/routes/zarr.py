@@ -176,7 +176,9 @@ def _metadata(shelf: Shelf, key: str, request: Request, complete: bool) -> Respo
     elif name == DESCRIPTION and (node == "" or node in described.arrays or node in described.coordinates):
         with reporting_damage(shelf, None, "the cube's description"):
             content = shelf.get(DESCRIPTION)
-        content = plain_metadata(content) if node == "" else node_metadata(plain_metadata(content), node)
+        content = plain_metadata(content, complete)
+        if node:
+            content = node_metadata(content, node)
         if complete:
             content = grouped_metadata(content)
     else:

@@ -33,10 +33,6 @@ class StudyBusy(StoreFault):
     """A process works on the study, so the request is refused until this work has ended."""
 
 
-class KeyTaken(StoreFault):
-    """The idempotency key of a submission was already used for another definition."""
-
-
 class NothingToDo(StoreFault):
     """The request is not possible in the present state of the study, or would have no effect."""
 

@@ -7,13 +7,10 @@ import urllib.request
 from typing import Any
 
 
-def ask(method: str, address: str, document: Any = None, **headers: str) -> tuple[int, Any]:
+def ask(method: str, address: str, document: Any = None) -> tuple[int, Any]:
     """Ask the service: status and document of its answer, or the words of a refusal; status 0 where nobody answers."""
     body = None if document is None else json.dumps(document).encode()
-    names = {name.replace("_", "-"): value for name, value in headers.items()}
-    request = urllib.request.Request(
-        address, body, {"Content-Type": "application/json", **names}, method=method
-    )
+    request = urllib.request.Request(address, body, {"Content-Type": "application/json"}, method=method)
     try:
         with urllib.request.urlopen(request, timeout=10) as answer:
             content = answer.read()

@@ -74,7 +74,7 @@ def fill_store(folder: Path) -> Store:
     ):
         study = make_study(name, damping_ratio=zeta, metrics=["amplitude_ratio", "period", "response_class"])
         plan = make_plan_of(study)
-        record, _ = store.submit(study, plan, {"kernels": "k", "solver_version": "1"}, key=f"key of {name}")
+        record, _ = store.submit(study, plan, {"kernels": "k", "solver_version": "1"})
         for block in map(plan.block, range(blocks)):
             values = {
                 name: column if name == "status" else (random.random(block.shape) * 4).astype(column.dtype)

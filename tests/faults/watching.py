@@ -120,7 +120,7 @@ class Watching(ABC):
         return self._unrewarded >= FAULTS_WITHOUT_A_BLOCK
 
     def _submit_if_idle(self) -> None:
-        """Submit the next study by HTTP, where the service is up to it; the key makes it one, however often it is sent."""
+        """Submit the next study by HTTP, where the service is up to it; it is one study, however often it is sent."""
         try:
             if sum(record is not None and not record.ended for record in self._records()) >= 2:
                 return
@@ -128,8 +128,7 @@ class Watching(ABC):
             return
         number = len(self._studies)
         study = study_of(number, self._rows)
-        key = f"campaign-{number}"
-        status, answer = ask("POST", f"{self._url}/api/v1/studies", study.document(), Idempotency_Key=key)
+        status, answer = ask("POST", f"{self._url}/api/v1/studies", study.document())
         if status in (200, 201, 202):
             self._studies[str(answer["id"])] = study
         elif status in (0, 503):

@@ -114,7 +114,9 @@ def test_next_start_goes_on_where_a_stopped_and_a_killed_service_were(
     # what a process leaves that was killed: a running study, and a claim that nobody renews
     study = parse_study_text('{"particle": false, "axes": {"frequency_ratio": [0.5, 1]}}', "json")
     left = enter(store, study, study.shape).id
-    assert store.claim(left, "a process that died", seconds=0.5)
+    with pytest.MonkeyPatch.context() as patch:
+        patch.setattr("damperlab.studies.store.life_cycle.claims.CLAIM_SECONDS", 0.5)
+        assert store.claim(left, "a process that died")
     store.set_state(left, "running")
     store.close()
 

@@ -87,21 +87,6 @@ def _linear(stop: float) -> dict[str, Any]:
     return {"particle": False, "axes": {"frequency_ratio": {"start": 0.5, "stop": stop, "num": 5}}}
 
 
-def test_a_key_stands_for_one_definition(client: httpx.Client) -> None:
-    def post(stop: float, key: str) -> httpx.Response:
-        return client.post(STUDIES, json=_linear(stop), headers={"Idempotency-Key": key})
-
-    first, again = post(1.11, "9f-1"), post(1.11, "9f-1")
-    assert (first.status_code, again.status_code) == (201, 200)
-    assert first.json()["id"] == again.json()["id"]
-    other = post(1.12, "9f-1")
-    assert (other.status_code, other.json()["type"]) == (422, "urn:damperlab:problem:key-taken")
-    assert first.json()["id"] in other.json()["errors"][0]["found"]
-    # the refused definition was not stored
-    assert client.post(STUDIES, json=_linear(1.12)).status_code == 201
-    assert [post(1.13, none).status_code for none in ("", "x" * 201)] == [422, 422]
-
-
 def test_reuse_can_be_switched_off(client: httpx.Client, helpers: Any) -> None:
     first = client.post(STUDIES, json=_linear(1.5)).json()
     helpers.wait_for(client, first["id"], helpers.ended)
@@ -160,8 +145,6 @@ def test_lists_that_no_list_may_be(client: httpx.Client) -> None:
     for some in ([], [point(number) for number in range(201)]):
         answer = client.post(STUDIES, json=some)
         assert (answer.status_code, answer.json()["errors"][0]["allowed"]) == (422, "1 to 200 studies")
-    answer = client.post(STUDIES, json=[point(21)], headers={"Idempotency-Key": "one"})
-    assert (answer.status_code, answer.json()["errors"][0]["field"]) == (422, "Idempotency-Key")
     long = {"particle": False, "axes": {"frequency_ratio": {"start": 0.5, "stop": 2, "num": 400_000}}}
     answer = client.post(STUDIES, json=[{**long, "damping_ratio": 0.1 + 0.01 * place} for place in range(9)])
     assert (answer.status_code, answer.json()["errors"][0]["field"]) == (422, "[2].axes")

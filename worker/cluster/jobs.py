@@ -1,4 +1,4 @@
-"""A cluster whose workers are jobs of a batch system. The number of jobs depends on the remaining work."""
+"""A cluster whose workers are jobs of Slurm. The number of jobs depends on the remaining work."""
 
 import logging
 import shutil
@@ -28,7 +28,7 @@ _log = logging.getLogger(__name__)
 class Hired:
     """The submitted jobs of one cluster.
 
-    A job counts as ended when its worker has left the cluster, so the batch system is not queried.
+    A job counts as ended when its worker has left the cluster, so Slurm is not queried.
 
     Parameters
     ----------
@@ -44,7 +44,6 @@ class Hired:
         self._submitted: dict[str, set[str]] = {}
         self._came: set[str] = set()
         self._gone: set[str] = set()
-        self._lasting: set[str] = set()
         self._again = 0.0
 
     def look(self, wanted: int, present: set[str], now: float) -> None:
@@ -62,23 +61,15 @@ class Hired:
         Raises
         ------
         ClusterUnusable
-            If the command of the batch system is missing or fails.
+            If the command of Slurm is missing or fails.
         """
         names = set().union(*self._submitted.values())
         self._came |= present & names
         self._gone = self._came - present
-        alive = names - self._gone
-        lasting = len(self._lasting - self._gone)
-        most = self._jobs.most
-        if now < self._again:
-            return
-        for count, idle in (
-            (self._jobs.fewest - lasting, True),
-            (min(most, wanted) - max(len(alive), self._jobs.fewest), False),
-        ):
-            if count > 0:
-                self._again = now + AGAIN_SECONDS
-                self._submit(count, idle)
+        missing = min(self._jobs.most, wanted) - len(names - self._gone)
+        if missing > 0 and now >= self._again:
+            self._again = now + AGAIN_SECONDS
+            self._submit(missing)
 
     def dismiss(self) -> None:
         """Cancel all jobs that have not ended."""
@@ -86,21 +77,18 @@ class Hired:
             if names - self._gone:
                 # the command fails if the jobs have ended in the meantime
                 with suppress(ClusterUnusable):
-                    cancel(self._jobs.system, job)
+                    cancel(job)
 
-    def _submit(self, count: int, idle: bool) -> None:
+    def _submit(self, count: int) -> None:
         number = len(self._submitted) + 1
-        job = submit(self._jobs.system, script(self._jobs, self._place, number, count, idle))
-        names = {worker_name(number, task) for task in range(1, count + 1)}
-        self._submitted[job] = names
-        if idle:
-            self._lasting |= names
-        _log.info("%d jobs submitted to %s as %s", count, self._jobs.system, job)
+        job = submit(script(self._jobs, self._place, number, count))
+        self._submitted[job] = {worker_name(number, task) for task in range(1, count + 1)}
+        _log.info("%d jobs submitted as %s", count, job)
 
 
 @contextmanager
 def hire(jobs: Jobs, host: str | None, folder: Path, wanted: Callable[[], int]) -> Iterator[Client]:
-    """Start a cluster whose workers are jobs of a batch system. The scheduler runs on this machine.
+    """Start a cluster whose workers are jobs of Slurm. The scheduler runs on this machine.
 
     At the end of the context, the scheduler is closed and the jobs are cancelled.
 
@@ -119,7 +107,7 @@ def hire(jobs: Jobs, host: str | None, folder: Path, wanted: Callable[[], int]) 
     Yields
     ------
     Client
-        Client of the cluster. Workers join the cluster when the batch system starts their jobs.
+        Client of the cluster. Workers join the cluster when Slurm starts their jobs.
 
     Raises
     ------
@@ -162,7 +150,7 @@ def _keep(client: Client, hired: Hired, wanted: Callable[[], int], stop: threadi
         try:
             known = client.sync(client.scheduler.identity, n_workers=-1)["workers"].values()
             hired.look(wanted(), {str(one["name"]) for one in known}, time.monotonic())
-        # the scheduler, the catalogue or the batch system may answer at the next check
+        # the scheduler, the catalogue or Slurm may answer at the next check
         except Exception as error:
             _log.warning("no jobs can be submitted now: %s", error)
 
@@ -175,17 +163,10 @@ def _check(jobs: Jobs, folder: Path) -> None:
             f"{SHORTEST_SECONDS:g} or more",
             "give jobs time to start, to compute and to leave",
         )
-    if jobs.fewest > jobs.most:
-        raise ClusterUnusable(
-            "workers_min",
-            f"{jobs.fewest}, with at most {jobs.most} workers",
-            f"at most {jobs.most}",
-            "raise `workers`, or lower `workers_min`",
-        )
     if any(sign.isspace() for sign in str(folder)):
         raise ClusterUnusable(
             "data_dir",
             repr(str(folder)),
             "a path without blanks",
-            "move the data folder: batch systems accept no blank in the path of a job's output",
+            "move the data folder: Slurm accepts no blank in the path of a job's output",
         )

@@ -1,7 +1,7 @@
 """Expected computing time of design points. Blocks are planned to take about equal times, and the longest start first.
 
 A rough model is sufficient, because the expected times affect only the sizes and the order of blocks, not the results.
-`family_factor` corrects the model by measured times of earlier studies. The time of a point is the number of cycles
+`family_factor` corrects an estimate by measured times of earlier studies. The time of a point is the number of cycles
 until the response counts as steady, times the kernel's time per cycle.
 
 The constants were fitted to measured run times on eight grids of particle and hybrid scenes (ζ 0.001 … 0.1, β 0.02 …

@@ -7,14 +7,15 @@ from typing import Any
 
 from damperlab.studies.store.record import BlockOutcome
 from damperlab.worker.cores import core_count
-from damperlab.worker.outcomes import RETRIES, Failure, Interrupted, Outage, unusable_data
+from damperlab.worker.outcomes import Failure, Interrupted, unusable_data
 from damperlab.worker.provenance import WrongCode
 
 
 class InThisProcess:
     """Computes one block at a time on each core, with the interface of `damperlab.worker.dispatch.window.Window`.
 
-    The kernels release Python's global interpreter lock, so threads can use all cores.
+    The kernels release Python's global interpreter lock, so threads can use all cores. A block that raises an exception
+    is not tried again, because it would raise the same exception in the same process.
 
     Parameters
     ----------
@@ -30,7 +31,7 @@ class InThisProcess:
         self._indices = indices
         self._cores = core_count()
         self._threads = ThreadPoolExecutor(self._cores, "block")
-        self._running: dict[Future[BlockOutcome], tuple[int, int]] = {}
+        self._running: dict[Future[BlockOutcome], int] = {}
 
     @property
     def empty(self) -> bool:
@@ -40,16 +41,13 @@ class InThisProcess:
     def fill(self) -> None:
         """Start blocks until each core computes a block or no block is left."""
         while len(self._running) < self._cores and (index := next(self._indices, None)) is not None:
-            self._begin(index)
-
-    def _begin(self, index: int, failures: int = 0) -> None:
-        function, *arguments = self._call(index, f"block-{uuid.uuid4().hex[:12]}")
-        self._running[self._threads.submit(function, *arguments)] = index, failures
+            function, *arguments = self._call(index, f"block-{uuid.uuid4().hex[:12]}")
+            self._running[self._threads.submit(function, *arguments)] = index
 
     def collect(self, wait_seconds: float | None) -> Iterator[BlockOutcome | Failure]:
         """Wait until at least one block has ended, and yield the results of all ended blocks.
 
-        A block that will be tried again is not included. If `wait_seconds` is None, the wait has no limit.
+        If `wait_seconds` is None, the wait has no limit.
 
         Raises
         ------
@@ -57,16 +55,13 @@ class InThisProcess:
             If the data cannot be read or written.
         """
         for future in wait(self._running, wait_seconds, FIRST_COMPLETED).done:
-            index, failures = self._running.pop(future)
-            ended: BlockOutcome | Failure | None
+            index = self._running.pop(future)
+            ended: BlockOutcome | Failure
             try:
                 ended = future.result()
             except Exception as error:
-                ended = _judged(error, index, failures)
-            if ended is not None:
-                yield ended
-            else:
-                self._begin(index, failures + 1)
+                ended = _judged(error, index)
+            yield ended
 
     def drain(self, grace_seconds: float) -> Iterator[BlockOutcome | Failure]:
         """Yield the results of the running blocks. The time limit is ignored, because a thread cannot be stopped."""
@@ -78,8 +73,8 @@ class InThisProcess:
         self._threads.shutdown(cancel_futures=True)
 
 
-def _judged(error: Exception, index: int, failures: int) -> Failure | None:
-    """Decide whether a block is tried again after an exception. If so, return None; otherwise return the failure.
+def _judged(error: Exception, index: int) -> Failure:
+    """Return the failure of a block that has raised an exception.
 
     Raises
     ------
@@ -91,8 +86,5 @@ def _judged(error: Exception, index: int, failures: int) -> Failure | None:
         raise Interrupted(str(error)) from error
     if isinstance(error, OSError):
         # a disk error is not caused by the points, so no block is recorded as failed
-        ended = unusable_data(error, "read or written")
-        # an outage is not tried again, because the worker has already retried for a while, or the disk is full
-        if isinstance(ended, Outage) or failures == RETRIES:
-            raise ended from error
-    return Failure(index, f"{type(error).__name__}: {error}") if failures == RETRIES else None
+        raise unusable_data(error, "read or written") from error
+    return Failure(index, f"{type(error).__name__}: {error}")

@@ -75,14 +75,14 @@ def _compute_at(run: "Run", client: Client, pending: NDArray[np.int64]) -> None:
         client,
         calls.of_block,
         run.plan.order(pending),
-        run.expected,
+        run.plan.block_seconds,
         wait_seconds=run.limits.wait_seconds,
         priority=record.priority,
     )
     run.reporter.watch(window)
     try:
         if _assemble(run, window, client, calls, pending):
-            run.reporter.begin_blocks(record, float(run.expected[pending].sum()))
+            run.reporter.begin_blocks(record, float(run.plan.block_seconds[pending].sum()))
             run.pump(window)
     finally:
         run.reporter.close()

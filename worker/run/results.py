@@ -71,7 +71,7 @@ class Results:
             return
         self.marked += len(outcomes)
         for outcome in outcomes:
-            self._run.reporter.count(outcome, float(self._run.expected[outcome.index]))
+            self._run.reporter.count(outcome, float(self._run.plan.block_seconds[outcome.index]))
 
     def end(self, stopped_as: str, stopped_by: str | None) -> None:
         """Set the final state of the study: done or failed if all blocks have ended.

@@ -11,7 +11,6 @@ from typing import TYPE_CHECKING
 import numpy as np
 from numpy.typing import NDArray
 
-from damperlab.studies.digest import family_digest
 from damperlab.studies.plan import Plan, plan_with_chunk
 from damperlab.studies.store.care.sweep import sweep
 from damperlab.studies.store.cube.definition import parse_stored
@@ -19,11 +18,10 @@ from damperlab.studies.store.cube.description import description_of
 from damperlab.studies.store.faults import StoreFault, StudyNotFound, may_pass
 from damperlab.studies.store.files.folder import open_shelf
 from damperlab.studies.store.record import Record
-from damperlab.studies.store.reuse import done_of_family
 from damperlab.studies.store.store import Store
 from damperlab.studies.vocabulary import STATES
 from damperlab.worker.cores import core_count
-from damperlab.worker.dispatch.cost_model import family_factor, seconds_per_point
+from damperlab.worker.dispatch.cost_model import seconds_per_point
 from damperlab.worker.outcomes import ClusterUnusable, Interrupted, Outage, unusable_data
 from damperlab.worker.provenance import WrongCode, computing, require_solver
 from damperlab.worker.run.calls import Calls
@@ -172,9 +170,7 @@ class Run:
     """
 
     plan: Plan
-    """Division of the study into blocks. It is set when the computation begins, like `expected`."""
-    expected: NDArray[np.float64]
-    """Expected time of each block [s]."""
+    """Division of the study into blocks. It is set when the computation begins."""
     cube_path: str
     """Location of the cube. It is read once, so that a locked catalogue does not stop the handling of a failed block."""
 
@@ -252,9 +248,7 @@ class Run:
         self.cube_path = self._store.cube_path(self._study_id)
         self._take_back_lost()
         pending = self.pending()
-        earlier = done_of_family(self._store, family_digest(study, self._record.provenance))
-        self.expected = self.plan.block_seconds * (family_factor(earlier) or 1.0)
-        work_left = float(self.expected[pending].sum())
+        work_left = float(self.plan.block_seconds[pending].sum())
         self.reporter.measure(self._record, work_left)
         self.reporter.report(at_once=True)
         if not pending.size or self.stopping:

@@ -6,9 +6,7 @@ import os
 import signal
 import time
 from dataclasses import dataclass
-from http.client import HTTPConnection, HTTPException, HTTPSConnection
 from pathlib import Path
-from urllib.parse import urlsplit
 
 import dask
 from distributed import Security, Worker
@@ -21,11 +19,6 @@ from damperlab.worker.worker_process.examination import show_alive
 
 LOOK_SECONDS = 0.2
 """Interval between checks for a reason to leave, and between checks of the remaining work [s]."""
-ASK_SECONDS = 2.0
-"""Interval between requests to `Terms.notice_url` [s]. Clouds announce a shutdown at least 30 s ahead."""
-ANSWER_SECONDS = 2.0
-"""Longest wait for the answer to a request to `Terms.notice_url` [s]."""
-_NOT_YET = (b"false", b"none", b"")
 
 
 @dataclass(frozen=True)
@@ -42,8 +35,6 @@ class Terms:
         batch job.
     notice : Path, optional
         File whose existence makes the worker leave. A program can create it before the machine shuts down.
-    notice_url : str, optional
-        Web address that announces the shutdown of the machine, see `announced`. The announcement makes the worker leave.
     leave_idle_s : float, optional
         Time without a block, or without an answer of a scheduler, after which the worker leaves [s].
     alive : Path, optional
@@ -53,7 +44,6 @@ class Terms:
     leave_within_s: float = 25.0
     lifetime_s: float | None = None
     notice: Path | None = None
-    notice_url: str | None = None
     leave_idle_s: float | None = None
     alive: Path | None = None
 
@@ -97,12 +87,10 @@ async def work(scheduler: str, security: Security, terms: Terms, memory_limit: s
 
     for number in (signal.SIGTERM, signal.SIGINT):
         loop.add_signal_handler(number, ask_to_leave, signal.Signals(number).name)
-    # These tasks run until the event loop ends. A worker that waits for a scheduler must touch the file, too.
+    # The task runs until the event loop ends. A worker that waits for a scheduler must touch the file, too.
     beside = []
     if terms.alive is not None:
         beside.append(asyncio.ensure_future(show_alive(terms.alive, give_up)))
-    if terms.notice_url is not None:
-        beside.append(asyncio.ensure_future(_watch_notices(terms.notice_url, leave)))
     began = time.monotonic()
     reason = ""
     while not reason:
@@ -138,14 +126,6 @@ async def _leave(worker: Worker, reason: str, seconds: float) -> None:
     await worker.close(timeout=2, executor_wait=False, reason=reason)
 
 
-async def _watch_notices(url: str, leave: "asyncio.Future[str]") -> None:
-    """Ask the worker to leave as soon as a web address announces the shutdown of the machine."""
-    while not leave.done():
-        if await asyncio.to_thread(announced, url) and not leave.done():
-            leave.set_result(f"{url} announces the end of this machine")
-        await asyncio.sleep(ASK_SECONDS)
-
-
 async def _until_asked(worker: Worker, leave: "asyncio.Future[str]", terms: Terms, began: float) -> str:
     """Wait until the worker must leave, and return the reason. Return an empty string if the scheduler is lost."""
     ends = None if terms.lifetime_s is None else began + max(0.0, terms.lifetime_s - terms.leave_within_s)
@@ -163,37 +143,6 @@ async def _until_asked(worker: Worker, leave: "asyncio.Future[str]", terms: Term
         elif terms.leave_idle_s is not None and time.monotonic() - busy > terms.leave_idle_s:
             return f"no block has come for {terms.leave_idle_s:g} s"
     return ""
-
-
-def faulty(url: str) -> str | None:
-    """Return an error message if a string is no valid address for `Terms.notice_url`; None if it is valid."""
-    try:
-        parts = urlsplit(url)
-        usable = parts.scheme in ("http", "https") and bool(parts.hostname) and parts.port != 0
-    except ValueError:
-        usable = False
-    return None if usable else f"{url!r} is not an address of the form http://169.254.169.254/…"
-
-
-def announced(url: str) -> bool:
-    """Return whether the cloud provider's web service announces that this machine will be shut down.
-
-    Redirects are not followed, and no proxy is used. The answer is a notice if its status is 200 and its body is
-    neither empty nor FALSE nor NONE.
-    """
-    parts = urlsplit(url)
-    kind = HTTPSConnection if parts.scheme == "https" else HTTPConnection
-    connection = kind(str(parts.hostname), parts.port, timeout=ANSWER_SECONDS)
-    path = (parts.path or "/") + (f"?{parts.query}" if parts.query else "")
-    try:
-        # Google's service refuses requests without this header
-        connection.request("GET", path, headers={"Metadata-Flavor": "Google"})
-        answer = connection.getresponse()
-        return answer.status == 200 and answer.read(64).strip().lower() not in _NOT_YET
-    except (OSError, HTTPException):
-        return False
-    finally:
-        connection.close()
 
 
 def serve_worker(

@@ -30,7 +30,7 @@ from damperlab.studies.store.catalogue.rows import (
     rows_of_marks,
     study_row,
 )
-from damperlab.studies.store.catalogue.tables import done_blocks, events, keys, studies
+from damperlab.studies.store.catalogue.tables import done_blocks, events, studies
 from damperlab.studies.store.cube.block_file import BLOCKS, block_key, read_whole
 from damperlab.studies.store.cube.definition import parse_stored
 from damperlab.studies.store.cube.description import DESCRIPTION, Description, describe_cube
@@ -77,7 +77,7 @@ class Copied:
 
 
 def copy_store(source: Store, target: Store, *, for_good: bool = False) -> Copied:
-    """Copy every study with its done blocks, the idempotency keys, the events, the uploaded records and the designs.
+    """Copy every study with its done blocks, the events, the uploaded records and the designs.
 
     A study that is running in the source is queued in the copy. If the target is an earlier backup of the same store,
     only new files are copied. Every copied file is compared with its checksums. A damaged study is reported, and the
@@ -123,11 +123,9 @@ def copy_store(source: Store, target: Store, *, for_good: bool = False) -> Copie
         if copy is not None:
             copies.append(copy)
     with source.catalogue.reading() as connection:
-        kept = {
-            table: [row._asdict() for row in connection.execute(select(table))] for table in (keys, events)
-        }
+        told = [row._asdict() for row in connection.execute(select(events))]
     with target.catalogue.writing() as connection:
-        for table in (done_blocks, studies, keys, events):
+        for table in (done_blocks, studies, events):
             connection.execute(delete(table))
         for row, marks, _ in copies:
             state = "queued" if row.state == "running" else row.state
@@ -135,9 +133,8 @@ def copy_store(source: Store, target: Store, *, for_good: bool = False) -> Copie
             connection.execute(insert(studies).values({**row._asdict(), **free, "crc": None}))
             if marks:
                 connection.execute(insert(done_blocks), [mark._asdict() for mark in marks])
-        for table, rows in kept.items():
-            if rows:
-                connection.execute(insert(table), rows)
+        if told:
+            connection.execute(insert(events), told)
         advance_counters(connection)
         if for_good and not damages:
             forget(connection, BACKUP_OF)

@@ -38,7 +38,7 @@ from damperlab.studies.store.catalogue.rows import (
     sums_of_marks,
 )
 from damperlab.studies.store.catalogue.rowsum import is_sound
-from damperlab.studies.store.catalogue.tables import access_keys, done_blocks, events, keys, metadata, studies
+from damperlab.studies.store.catalogue.tables import access_keys, done_blocks, events, metadata, studies
 from damperlab.studies.store.cube.block_file import BLOCKS, parse_block_key, read_header
 from damperlab.studies.store.cube.definition import parse_stored
 from damperlab.studies.store.cube.description import DESCRIPTION, Description, describe_cube
@@ -46,7 +46,13 @@ from damperlab.studies.store.faults import CatalogueDamaged, StoreFault, cannot_
 from damperlab.studies.store.files.folder import Folder
 from damperlab.studies.store.files.shelf import Shelf
 from damperlab.studies.store.life_cycle.entering import Submission
-from damperlab.studies.store.life_cycle.manifest import NOT_KEPT, lost_end, read_marks, read_tombstone
+from damperlab.studies.store.life_cycle.manifest import (
+    NOT_KEPT,
+    lost_end,
+    put_off_marks,
+    read_marks,
+    read_tombstone,
+)
 from damperlab.studies.store.provenance import asked_by
 from damperlab.studies.store.record import BlockOutcome
 
@@ -272,7 +278,7 @@ def _add(catalogue: Catalogue, shelf: Shelf, study_id: str, number: int, found: 
             _insert_marks(connection, number, fresh)
             found.blocks += len(fresh)
             found.restored += row is not None and restored
-            _sum_up(connection, number, total, cube.kept, restored)
+            _sum_up(connection, study_id, number, total, cube.kept, restored)
 
 
 def _read(shelf: Shelf, study_id: str, found: Rebuilt) -> _Cube | None:
@@ -336,9 +342,9 @@ def _sound_marks(connection: Connection, number: int) -> tuple[set[int], int]:
 
 
 def _drop_damaged(catalogue: Catalogue) -> None:
-    """Remove damaged rows that cannot be restored from a cube: events, idempotency keys, and access keys."""
+    """Remove damaged rows that cannot be restored from a cube: events and access keys."""
     with catalogue.writing() as connection:
-        for table in (keys, events, access_keys):
+        for table in (events, access_keys):
             own = next(iter(table.primary_key.columns))
             for row in connection.execute(select(table)).all():
                 if not is_sound(table, row):
@@ -384,7 +390,9 @@ def _insert_marks(connection: Connection, number: int, marks: list[dict[str, Any
         connection.execute(insert(done_blocks), rows)
 
 
-def _sum_up(connection: Connection, number: int, total: int, kept: dict[str, Any], restored: bool) -> None:
+def _sum_up(
+    connection: Connection, study_id: str, number: int, total: int, kept: dict[str, Any], restored: bool
+) -> None:
     change = sums_of_marks(connection, number)
     # use a revision above all revisions of the lost catalogue
     columns = studies.c.revision, studies.c.state
@@ -395,8 +403,10 @@ def _sum_up(connection: Connection, number: int, total: int, kept: dict[str, Any
         last = connection.execute(
             select(func.max(done_blocks.c.at)).where(done_blocks.c.study == number)
         ).scalar()
-        change |= {"state": kept.get("state", "done") if kept.get("state") in ("done", "failed") else "done"}
-        change |= {"finished": kept.get("finished") or last}
+        complete = kept.get("state") in ("done", "failed")
+        change |= {"state": kept["state"] if complete else "done", "finished": kept.get("finished") or last}
+        if not complete:  # the list of marks in the cube is missing, or lacks the last blocks
+            put_off_marks(connection, study_id)
     elif restored and kept.get("state") in ("cancelled", "failed"):
         change |= {name: kept.get(name) for name in ("state", "finished", "message")}
     elif restored or before.state == "done":

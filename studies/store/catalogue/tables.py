@@ -124,15 +124,6 @@ done_blocks = Table(
     sqlite_with_rowid=False,
 )
 
-keys = Table(
-    "keys",
-    metadata,
-    Column("key", String, primary_key=True),
-    Column("digest", String(64), nullable=False),
-    Column("at", Float, nullable=False),
-    Column("crc", BigInteger),
-)
-
 events = Table(
     "events",
     metadata,
@@ -167,7 +158,7 @@ access_keys = Table(
     Column("crc", BigInteger),
 )
 
-SUMMED = (studies, done_blocks, keys, events, access_keys)
+SUMMED = (studies, done_blocks, events, access_keys)
 """The tables whose rows have a checksum."""
 
 for _table in SUMMED:

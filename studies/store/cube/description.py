@@ -1,8 +1,8 @@
 """The file `zarr.json`, which describes a cube. The file is written at submission, and read when the cube is opened.
 
 The file contains Zarr's metadata of the group and of all arrays. The chunks of the arrays are in the files of the
-blocks (`block_file.py`). Every variable has the codec `damperlab.block`, whose configuration lists
-the codecs that encode the values.
+blocks (`block_file.py`). Every variable names the codec `damperlab.block`, which no library has; its configuration
+lists the codecs that encode the values.
 """
 
 import json
@@ -30,7 +30,6 @@ CODEC = "damperlab.block"
 """Name of the codec of arrays whose chunks are in the files of the blocks."""
 
 _OWN = "damperlab"  # the attribute with damperlab's own data
-_COMPLETE, _INCOMPLETE = b'"complete": "yes"', b'"complete": "no"'
 _CODEC_NAMES = ("bytes", "blosc", "crc32c")
 
 
@@ -121,7 +120,6 @@ def first_pieces(
             "solver_version": version,
             "created": time,
             "provenance": json.dumps(dict(provenance)),
-            "complete": "no",
             _OWN: {"crc32c": PLACEHOLDER, "layout": 2, "reuse": reuse},
         },
         "consolidated_metadata": {"kind": "inline", "must_understand": False, "metadata": members},
@@ -131,13 +129,6 @@ def first_pieces(
         if not _is_single_number(values):
             pieces[f"{name}/c.0"] = encode_coordinate(values)
     return pieces
-
-
-def as_complete(metadata: bytes, complete: bool) -> bytes:
-    """Return a description in which the attribute `complete` states whether the cube has every block."""
-    require_seal(metadata)
-    old, new = (_INCOMPLETE, _COMPLETE) if complete else (_COMPLETE, _INCOMPLETE)
-    return seal(metadata.replace(old, new))
 
 
 @lru_cache(maxsize=64)
@@ -177,11 +168,15 @@ def description_of(shelf: Shelf) -> Description:
 
 
 @lru_cache(maxsize=64)
-def plain_metadata(metadata: bytes) -> bytes:
-    """Return a description for HTTP readers, with Zarr's codecs instead of `CODEC` and without user names."""
+def plain_metadata(metadata: bytes, complete: bool) -> bytes:
+    """Return a description for HTTP readers, with Zarr's codecs instead of `CODEC` and without user names.
+
+    The attribute `complete` says whether the cube has every block.
+    """
     document = json.loads(metadata)
     attributes = document.get("attributes", {})
     attributes.pop(_OWN, None)
+    attributes["complete"] = "yes" if complete else "no"
     if "provenance" in attributes:
         attributes["provenance"] = published(attributes["provenance"])
     for node in document.get("consolidated_metadata", {}).get("metadata", {}).values():

@@ -1,1 +1,1 @@
-"""Access to a cube for other programs: as a single file, over a network, or with the library Zarr."""
+"""Access to a cube for other programs: as a single file, or over a network."""

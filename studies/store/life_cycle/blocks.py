@@ -26,7 +26,7 @@ from damperlab.studies.store.catalogue.rows import (
 from damperlab.studies.store.catalogue.tables import done_blocks, studies
 from damperlab.studies.store.cube.block_file import BLOCKS
 from damperlab.studies.store.faults import NothingToDo, StoreFault, catalogue_damaged, using
-from damperlab.studies.store.life_cycle.manifest import drop_marks, put_off_marks
+from damperlab.studies.store.life_cycle.manifest import MARKS, put_off_marks
 from damperlab.studies.store.life_cycle.states import States
 from damperlab.studies.store.record import BlockOutcome, Record
 from damperlab.studies.vocabulary import ENDED
@@ -187,7 +187,7 @@ class Blocks(States):
         try:
             with using(shelf.address):
                 # first remove the list of marks in the cube, so that the list never names an invalidated block
-                drop_marks(shelf)
+                shelf.remove(MARKS)
                 # create the folder of the blocks again, because the folder may have been lost
                 shelf.fill({}, (BLOCKS,))
             with self.catalogue.writing() as connection:

@@ -30,12 +30,9 @@ UNCLAIMED: Mapping[str, Any] = {"claim_owner": None, "claim_expires": None}
 """Values of the claim columns in the row of an unclaimed study."""
 
 
-def claimed(owner: str, seconds: float | None = None) -> dict[str, Any]:
-    """Return the columns of a claim that begins or is renewed now, and ends after `seconds` or `CLAIM_SECONDS`."""
-    return {
-        "claim_owner": owner,
-        "claim_expires": time.time() + (CLAIM_SECONDS if seconds is None else seconds),
-    }
+def claimed(owner: str) -> dict[str, Any]:
+    """Return the columns of a claim that begins or is renewed now, and ends after `CLAIM_SECONDS`."""
+    return {"claim_owner": owner, "claim_expires": time.time() + CLAIM_SECONDS}
 
 
 @dataclass(frozen=True)
@@ -68,21 +65,21 @@ class Claims(Blocks):
     another owner then claims the study, `mark` refuses the results of the first owner.
     """
 
-    def claim(self, study_id: str, owner: str, seconds: float | None = None) -> bool:
+    def claim(self, study_id: str, owner: str) -> bool:
         """Claim a study. Return False if another owner has a valid claim, or the study does not exist.
 
-        If the claim is not renewed, it ends after `seconds`, by default `CLAIM_SECONDS`.
+        If the claim is not renewed, it ends after `CLAIM_SECONDS`.
         """
         with self.catalogue.writing() as connection:
             row = alive_row(connection, study_id)
             if row is None or (row.claim_owner != owner and self._holds(row)):
                 return False
-            change_study(connection, row.number, claimed(owner, seconds))
+            change_study(connection, row.number, claimed(owner))
             return True
 
-    def renew(self, study_id: str, owner: str, seconds: float | None = None) -> bool:
+    def renew(self, study_id: str, owner: str) -> bool:
         """Renew a claim. Return False if this owner no longer has the claim; the owner must then stop working."""
-        return self._if_owned(study_id, owner, claimed(owner, seconds))
+        return self._if_owned(study_id, owner, claimed(owner))
 
     def release(self, study_id: str, owner: str) -> None:
         """Release a claim. Nothing happens if this owner does not have the claim."""

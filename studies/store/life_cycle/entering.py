@@ -53,8 +53,6 @@ class Submission:
         Provenance, from `damperlab.studies.store.provenance.provenance`.
     reuse : bool
         Whether the study may reuse points of earlier studies.
-    key : str, optional
-        Idempotency key: a name chosen by the caller, which cannot be used for another definition.
     priority, version : int
         Priority and version of the study; see `Record`. The priority of an existing study is not changed.
     """
@@ -63,7 +61,6 @@ class Submission:
     chunk: tuple[int, ...]
     provenance: dict[str, str]
     reuse: bool = True
-    key: str | None = None
     priority: int = 0
     version: int = 1
 

@@ -14,7 +14,6 @@ from sqlalchemy import Connection, Row, select
 from damperlab.studies.store.catalogue.home import fact, remember
 from damperlab.studies.store.catalogue.rows import study_row
 from damperlab.studies.store.catalogue.tables import done_blocks
-from damperlab.studies.store.cube.description import DESCRIPTION, as_complete
 from damperlab.studies.store.cubes import Cubes
 from damperlab.studies.store.files.sealed import PLACEHOLDER, require_seal, seal
 from damperlab.studies.store.files.shelf import TOMBSTONE, Shelf
@@ -31,7 +30,7 @@ NOT_KEPT = frozenset({"number", "definition", "provenance", "claim_owner", "clai
 
 
 def keep_marks(store: Cubes, study_id: str, changes: Mapping[str, Any]) -> None:
-    """Write the done-marks of a study into its cube. If every block is done, also mark the cube as complete.
+    """Write the done-marks of a study into its cube.
 
     `changes` contains the values, by column, that the caller is about to write into the study's row.
 
@@ -52,10 +51,7 @@ def keep_marks(store: Cubes, study_id: str, changes: Mapping[str, Any]) -> None:
         "columns": [column.name for column in columns],
         "blocks": marks,
     }
-    shelf = store.cube_shelf(study_id, row.number)
-    shelf.put(MARKS, seal(json.dumps(document).encode()))
-    if len(marks) == row.blocks_total:
-        _say_complete(shelf, True)
+    store.cube_shelf(study_id, row.number).put(MARKS, seal(json.dumps(document).encode()))
 
 
 def put_off_marks(connection: Connection, study_id: str) -> None:
@@ -69,12 +65,6 @@ def put_off_marks(connection: Connection, study_id: str) -> None:
 def marks_put_off(connection: Connection, study_id: str) -> str | None:
     """Return the note of `put_off_marks` for a study; None if there is no such note."""
     return fact(connection, f"{PUT_OFF}{study_id}")
-
-
-def drop_marks(shelf: Shelf) -> None:
-    """Remove the list of done-marks from a cube, and mark the cube as incomplete, before blocks are invalidated."""
-    _say_complete(shelf, False)
-    shelf.remove(MARKS)
 
 
 def put_tombstone(shelf: Shelf, deleted: float) -> None:
@@ -114,11 +104,6 @@ def read_marks(shelf: Shelf) -> tuple[dict[str, Any], list[dict[str, Any]]] | No
         content = shelf.get(MARKS)
     except FileNotFoundError:
         return None
-    return parse_marks(content)
-
-
-def parse_marks(content: bytes) -> tuple[dict[str, Any], list[dict[str, Any]]]:
-    """Parse a list of done-marks, and return the result of `read_marks`; raise `ValueError` for a damaged list."""
     require_seal(content)
     document = json.loads(content)
     columns = document["columns"]
@@ -135,13 +120,3 @@ def lost_end(kept: Mapping[str, Any], row: Row[Any], last_event: float | None) -
     if kept.get("state") not in ENDED or finished is None or row.finished == finished:
         return False
     return bool(max(last_event or 0.0, row.run_began or 0.0) < finished)
-
-
-def _say_complete(shelf: Shelf, complete: bool) -> None:
-    try:
-        old = shelf.get(DESCRIPTION)
-        new = as_complete(old, complete)
-    except (FileNotFoundError, ValueError):
-        return  # `verify` reports the lost or damaged description, and `repair` writes the description again
-    if new != old:
-        shelf.put(DESCRIPTION, new)

@@ -21,8 +21,8 @@ from damperlab.studies.store.cube.description import first_pieces
 from damperlab.studies.store.faults import StoreFault, StudyNotFound, cannot_use, using
 from damperlab.studies.store.life_cycle.lookup import Lookup, storable
 from damperlab.studies.store.life_cycle.manifest import (
+    MARKS,
     PUT_OFF,
-    drop_marks,
     keep_marks,
     marks_put_off,
     put_off_marks,
@@ -277,7 +277,7 @@ class States(Lookup):
                 if end is not None:
                     keep_marks(self, study_id, {})
                 else:
-                    drop_marks(self.find_cube(study_id))
+                    self.find_cube(study_id).remove(MARKS)
         except (StudyNotFound, FileNotFoundError):
             pass  # the study was deleted or its cube is lost, so there is no place to write to
         except OSError as error:

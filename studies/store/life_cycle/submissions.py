@@ -1,29 +1,19 @@
 """Submission and recomputation of studies. A study is entered once, however often it is submitted."""
 
-import time
-from collections.abc import Callable, Iterable, Iterator, Sequence
-from contextlib import contextmanager
+from collections.abc import Callable, Iterable, Sequence
 from dataclasses import replace
 from typing import Any
 
-from sqlalchemy import Connection, insert, select
+from sqlalchemy import Connection, select
 
-from damperlab.studies.faults import describe, printable
 from damperlab.studies.kind import AnyStudy
 from damperlab.studies.plan import Plan
 from damperlab.studies.store.catalogue.batches import Batches
 from damperlab.studies.store.catalogue.quota import Ledger
 from damperlab.studies.store.catalogue.rows import ALIVE, newest_row, pieces, record_of, study_row
-from damperlab.studies.store.catalogue.rowsum import require_row
-from damperlab.studies.store.catalogue.tables import keys, studies
+from damperlab.studies.store.catalogue.tables import studies
 from damperlab.studies.store.cube.definition import parse_stored, with_attachments
-from damperlab.studies.store.faults import (
-    CatalogueDamaged,
-    KeyTaken,
-    NothingToDo,
-    QuotaReached,
-    reporting_damage,
-)
+from damperlab.studies.store.faults import CatalogueDamaged, NothingToDo, QuotaReached, reporting_damage
 from damperlab.studies.store.life_cycle.entering import Entering, Submission
 from damperlab.studies.store.provenance import SUBMITTED_BY, signed, submitter
 from damperlab.studies.store.record import Record
@@ -48,7 +38,6 @@ class Submissions(Entering):
         provenance: dict[str, str],
         *,
         reuse: bool = True,
-        key: str | None = None,
         priority: int = 0,
     ) -> tuple[Record, bool]:
         """Enter a new study, or return the record of an existing study.
@@ -68,16 +57,13 @@ class Submissions(Entering):
             If the cube cannot be written.
         QuotaReached
             If the study would exceed the remaining quota.
-        KeyTaken
-            If the key was already used for another definition.
         """
         # look for the study without the write lock first, because a study is often submitted again
-        if key is None:
-            with self.catalogue.reading() as connection:
-                row = newest_row(connection, study.digest)
-            if row is not None:
-                return record_of(row), False
-        return self.submit_all([Submission(study, plan.chunk, provenance, reuse, key, priority)])[0]
+        with self.catalogue.reading() as connection:
+            row = newest_row(connection, study.digest)
+        if row is not None:
+            return record_of(row), False
+        return self.submit_all([Submission(study, plan.chunk, provenance, reuse, priority)])[0]
 
     def submit_all(self, submissions: Sequence[Submission]) -> Entered:
         """Submit several studies as `submit` does. Either all of the studies are entered, or none."""
@@ -88,7 +74,7 @@ class Submissions(Entering):
         """Enter the submissions of several threads. If one list is refused, the other lists are still entered."""
 
         def decide(connection: Connection) -> tuple[list[Submission], Callable[[list[Record]], list[Any]]]:
-            asked = _Asked(connection, lists)
+            known, damaged = _known(connection, (one for some in lists for one in some))
             ledger = Ledger(connection, self.quota)
             entries: dict[str, Submission] = {}
             refused: dict[int, Exception] = {}
@@ -96,25 +82,25 @@ class Submissions(Entering):
                 fresh = {
                     one.study.digest: one
                     for one in reversed(some)
-                    if one.study.digest not in asked.known and one.study.digest not in entries
+                    if one.study.digest not in known and one.study.digest not in entries
                 }
                 try:
-                    asked.require_sound(some)
+                    for one in some:
+                        if one.study.digest in damaged:
+                            raise damaged[one.study.digest]
                     ledger.enter(
                         some[0].provenance.get(SUBMITTED_BY) if some else None,
                         sum(entry.study.points for entry in fresh.values()),
                         sum(entry.bytes for entry in fresh.values()),
                         len(fresh),
                     )
-                except (KeyTaken, QuotaReached, CatalogueDamaged) as error:
+                except (QuotaReached, CatalogueDamaged) as error:
                     refused[place] = error
                 else:
                     entries |= {digest: fresh[digest] for digest in reversed(fresh)}
-                    asked.take_keys(some)
 
             def answer(entered: list[Record]) -> list[Entered | Exception]:
-                asked.keep_keys()
-                records = asked.known | dict(zip(entries, entered, strict=True))
+                records = known | dict(zip(entries, entered, strict=True))
                 untold = set(entries)
 
                 def told(one: Submission) -> tuple[Record, bool]:
@@ -181,63 +167,20 @@ class Submissions(Entering):
         return self.enter(decide, "entered to be computed again")
 
 
-class _Asked:
-    """The entries that the catalogue already has for the submitted studies and idempotency keys."""
-
-    def __init__(self, connection: Connection, lists: Iterable[Sequence[Submission]]) -> None:
-        self._connection = connection
-        submissions = [one for some in lists for one in some]
-        self.known: dict[str, Record] = {}
-        self._damaged: dict[str, CatalogueDamaged] = {}
-        for digests in pieces(dict.fromkeys(one.study.digest for one in submissions)):
-            query = select(studies).where(studies.c.digest.in_(digests), ALIVE).order_by(studies.c.version)
-            for row in connection.execute(query):
-                with self._noting(row.digest):
-                    self.known[row.digest] = record_of(row)
-        self._keys: dict[str, str] = {}
-        for names in pieces(one.key for one in submissions if one.key is not None):
-            for row in connection.execute(select(keys).where(keys.c.key.in_(names))):
-                self._keys[row.key] = row.digest
-                with self._noting(row.key):
-                    require_row(keys, row, row.digest[:12])
-        self._new: dict[str, str] = {}
-
-    @contextmanager
-    def _noting(self, name: str) -> Iterator[None]:
-        """Store the error for a damaged row, so that only submissions that need this row are refused."""
-        try:
-            yield
-        except CatalogueDamaged as error:
-            self._damaged[name] = error
-
-    def require_sound(self, some: Iterable[Submission]) -> None:
-        """Raise `CatalogueDamaged` if a row is damaged, and `KeyTaken` if a key was used for another definition."""
-        for one in some:
-            for name in (one.study.digest, one.key):
-                if name in self._damaged:
-                    raise self._damaged[name]
-            known = one.key and self._keys.get(one.key)
-            if known and known != one.study.digest:
-                raise KeyTaken(
-                    "Idempotency-Key",
-                    f"{describe(one.key)}, already given to study {known[:12]}",
-                    "a different key for each study",
-                    "send the same definition as before, or another key",
-                    f"The idempotency key {printable(one.key or '')} was already given to study "
-                    f"{known[:12]}, which has another definition.",
-                )
-
-    def take_keys(self, some: Iterable[Submission]) -> None:
-        """For each idempotency key in a list of submissions, record the definition for which the key is used."""
-        new = {one.key: one.study.digest for one in some if one.key and one.key not in self._keys}
-        self._new |= new
-        self._keys |= new
-
-    def keep_keys(self) -> None:
-        """Write newly used idempotency keys into the catalogue."""
-        rows = [{"key": key, "digest": digest, "at": time.time()} for key, digest in self._new.items()]
-        if rows:
-            self._connection.execute(insert(keys), rows)
+def _known(
+    connection: Connection, submissions: Iterable[Submission]
+) -> tuple[dict[str, Record], dict[str, CatalogueDamaged]]:
+    """Return the newest existing version of every submitted study, by digest, and the errors for damaged rows."""
+    known: dict[str, Record] = {}
+    damaged: dict[str, CatalogueDamaged] = {}
+    for digests in pieces(dict.fromkeys(one.study.digest for one in submissions)):
+        query = select(studies).where(studies.c.digest.in_(digests), ALIVE).order_by(studies.c.version)
+        for row in connection.execute(query):
+            try:
+                known[row.digest] = record_of(row)
+            except CatalogueDamaged as error:
+                damaged[row.digest] = error
+    return known, damaged
 
 
 def _nothing_to_recompute(record: Record) -> NothingToDo:

@@ -65,7 +65,7 @@ def test_what_is_computed_again_is_computed_in_jobs(store: Store, queue: Path) -
     assert record.blocks_total == 2
     run("run", record.id, *data, "--cluster", "slurm")
     assert (store.find(record.id).points_failed, jobs(queue)) == (16, 1)
-    run("run", record.id, "--retry", *data, "--cluster", "pbs", "--wait", "200")
+    run("run", record.id, "--retry", *data, "--cluster", "slurm", "--wait", "200")
     assert (store.find(record.id).points_failed, jobs(queue)) == (0, 2)
     assert (store.cube(record.id)["status"] == Status.CONVERGED).all()
     before = store.cube(record.id).load()
@@ -76,7 +76,7 @@ def test_what_is_computed_again_is_computed_in_jobs(store: Store, queue: Path) -
     assert store.cube(record.id).load().drop_vars("run_time").equals(before.drop_vars("run_time"))
     other = {"solver": "0" * 16, "identity": "0" * 16}
     older = submitted(store, parse_study({**FRICTION, "name": "older"}), 0, **other)
-    run("recompute", older.id, *data, "--cluster", "pbs")
+    run("recompute", older.id, *data, "--cluster", "slurm")
     newest = store.newest(older.digest)
     assert newest is not None
     assert (newest.id, newest.state, jobs(queue)) == (f"{older.id}-2", "done", 4)
@@ -87,15 +87,15 @@ def test_a_study_its_follow_ups_and_those_of_a_design_are_computed_in_jobs(
     tmp_path: Path, queue: Path
 ) -> None:
     data = ("--data-dir", tmp_path / "data")
-    slurm, pbs = (("--cluster", name, "--workers", "1") for name in ("slurm", "pbs"))
+    slurm = ("--cluster", "slurm", "--workers", "1")
     (tmp_path / "locking.json").write_text(json.dumps({**FRICTION, "name": "locking"}))
-    run("run", tmp_path / "locking.json", *data, *pbs, "--wait", "200")
+    run("run", tmp_path / "locking.json", *data, *slurm, "--wait", "200")
     assert jobs(queue) == 1
     asked = ["refine", "locking", "--tolerance", "0.01", *data]
     found = json.loads(run(*asked, *slurm, "--json").stdout)
     assert (found["known"], bool(found["with"]), jobs(queue)) == (True, True, 2)
     (tmp_path / "spec.json").write_text(json.dumps(SPECIFICATION))
-    answer = run("design", tmp_path / "spec.json", *data, *pbs, "--json")
+    answer = run("design", tmp_path / "spec.json", *data, *slurm, "--json")
     assert json.loads(answer.stdout)["worst"]["value"] <= 0.005
     assert jobs(queue) == 3
     wait_until_ended(queue)

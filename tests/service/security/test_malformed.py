@@ -41,7 +41,6 @@ NAMES = [
     b"Range",
     b"If-None-Match",
     b"X-Request-ID",
-    b"Idempotency-Key",
     b"X-Forwarded-For",
     b"",
     b"Bad Name",

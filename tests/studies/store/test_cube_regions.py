@@ -4,22 +4,17 @@ import json
 import os
 import threading
 import tracemalloc
-from collections.abc import Callable
 from contextlib import closing
-from functools import partial
 from pathlib import Path
-from typing import Any, ClassVar
 
 import numpy as np
 import pytest
 import xarray as xr
 from tests.filling import enter, entered, make_plan_of, make_study, outcome_of, put, values_of
-from zarr.storage import LocalStore
 
 import damperlab.studies.store.files.folder
 from damperlab.studies.store.cube.block_file import write_region
 from damperlab.studies.store.faults import StoreFault
-from damperlab.studies.store.life_cycle.manifest import MARKS
 from damperlab.studies.store.store import Store
 from damperlab.studies.variables import DIMENSIONS, STANDARD, VARIABLES, Status
 
@@ -63,73 +58,6 @@ def test_every_block_comes_back_where_it_belongs(store):
     np.testing.assert_array_equal(cube["status"], np.where(np.isnan(expected), -1, 0))
 
 
-def test_xarray_opens_the_folder_of_a_complete_cube_and_reads_the_same(store):
-    study, plan, study_id = entered(store)
-    path = store.cube_path(study_id)
-    put(store, study, 0, 4)
-    under_way = xr.open_zarr(path, chunks=None)
-    assert under_way.attrs["complete"] == "no"
-    under_way.attrs.pop("damperlab")
-    xr.testing.assert_identical(under_way.load(), store.cube(study_id).load())
-    put(store, study, *(index for index in range(plan.count) if index not in (0, 4)))
-    store.set_state(study_id, "done")
-    # an attempt that no mark names
-    block = plan.block(3)
-    write_region(
-        path, block, values_of(study, block) | {"amplitude_ratio": np.full(block.shape, 9.0)}, "late"
-    )
-    seen = xr.open_zarr(path, chunks=None)
-    assert seen.attrs.pop("damperlab")["layout"] == 2
-    xr.testing.assert_identical(seen.load(), store.cube(study_id).load())
-    assert seen.attrs["complete"] == "yes"
-    piece = xr.open_zarr(path)["amplitude_ratio"].isel(
-        clearance_ratio=[4, 0], frequency_ratio=slice(3, 0, -1)
-    )
-    xr.testing.assert_identical(
-        piece.load(),
-        store.cube(study_id)["amplitude_ratio"]
-        .isel(clearance_ratio=[4, 0], frequency_ratio=slice(3, 0, -1))
-        .load(),
-    )
-
-
-def test_xarray_tells_a_block_that_is_lost_or_damaged(store):
-    study, plan, study_id = entered(store, metrics=["amplitude_ratio"])
-    path = Path(store.cube_path(study_id))
-    put(store, study, *range(plan.count), generation="g")
-    store.set_state(study_id, "done")
-    file = path / "blocks" / "3~g"
-    content = file.read_bytes()
-    file.write_bytes(content[:-9] + bytes([content[-9] ^ 4]) + content[-8:])
-    with pytest.raises(OSError, match=r"block 3.*damperlab store verify"):
-        xr.open_zarr(path, chunks=None).load()
-    file.unlink()
-    with pytest.raises(OSError, match=r"block 3.*damperlab store verify"):
-        xr.open_zarr(path, chunks=None).load()
-
-
-class Meanwhile(LocalStore):
-    """A folder in which something happens before the list of marks is read for the first time."""
-
-    happens: ClassVar[list[Callable[[], object]]] = []  # xarray copies the store
-
-    async def get(self, key: str, *more: Any, **named: Any) -> Any:
-        if key == MARKS and self.happens:
-            self.happens.pop()()
-        return await super().get(key, *more, **named)
-
-
-def test_xarray_reads_a_cube_whose_marks_are_invalidated_after_its_description_was_read(store):
-    study, plan, study_id = entered(store, metrics=["amplitude_ratio"])
-    put(store, study, *range(plan.count), generation="g")
-    store.set_state(study_id, "done")
-    before = store.cube(study_id)["amplitude_ratio"].load()
-    Meanwhile.happens.append(partial(store.forget, study_id, [3], "by hand"))
-    seen = xr.open_zarr(Meanwhile(store.cube_path(study_id)), chunks=None)["amplitude_ratio"].load()
-    assert not Meanwhile.happens
-    np.testing.assert_array_equal(seen, before)  # the older files stay until they are swept
-
-
 def test_a_study_of_one_point_takes_a_handful_of_files(store):
     axes = dict.fromkeys(
         ("clearance_ratio", "friction_ratio", "restitution", "mass_ratio", "frequency_ratio"), 0.5
@@ -139,7 +67,7 @@ def test_a_study_of_one_point_takes_a_handful_of_files(store):
     store.set_state(study_id, "done")
     files = [file for file in Path(store.cube_path(study_id)).rglob("*") if file.is_file()]
     assert sorted(file.name for file in files) == ["0~", "marks.json", "zarr.json"]
-    seen = xr.open_zarr(store.cube_path(study_id), chunks=None).load()
+    seen = store.cube(study_id).load()
     assert {name: seen[name].item() for name in axes} == axes
 
 

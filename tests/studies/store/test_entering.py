@@ -14,7 +14,6 @@ from damperlab.studies.store.catalogue.quota import Quota, Usage
 from damperlab.studies.store.cube.description import bytes_per_point
 from damperlab.studies.store.faults import (
     CatalogueDamaged,
-    KeyTaken,
     NothingToDo,
     QuotaReached,
     StudyNotFound,
@@ -31,9 +30,9 @@ THREADS = 12
 
 @pytest.fixture
 def submission():
-    def make(number: int, key: str | None = None) -> Submission:
+    def make(number: int) -> Submission:
         study = make_study(f"study {number}", damping_ratio=0.01 * (1 + number))
-        return Submission(study, make_plan_of(study).chunk, {"kernels": "k"}, key=key)
+        return Submission(study, make_plan_of(study).chunk, {"kernels": "k"})
 
     return make
 
@@ -71,15 +70,6 @@ def test_a_list_beyond_the_quota_leaves_nothing_and_the_others_alone(store, subm
     assert {record.name for record in limited.page().records} == {"study 0", "study 1", "study 2"}
     assert len([path for path in (store.data_dir / "cubes").iterdir() if path.suffix == ".zarr"]) == 3
     limited.close()
-
-
-def test_a_key_that_stands_for_another_definition_refuses_its_list_alone(store, submission):
-    taken, other, same = store._submit_lists(
-        [[submission(0, "k")], [submission(1, "k")], [submission(0, "k")]]
-    )
-    assert isinstance(other, KeyTaken)
-    assert (taken[0][1], same[0][1]) == (True, False)
-    assert len(store.page().records) == 1
 
 
 def test_a_damaged_row_refuses_who_asks_for_it_alone(store, submission):

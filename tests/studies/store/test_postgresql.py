@@ -17,7 +17,7 @@ from tests.studies.store.racing import race
 from damperlab.studies.remarks import Remarks
 from damperlab.studies.store.care.rebuild import rebuild
 from damperlab.studies.store.cube.block_file import write_region
-from damperlab.studies.store.faults import KeyTaken, StoreFault, StudyBusy, StudyNotFound
+from damperlab.studies.store.faults import StoreFault, StudyBusy, StudyNotFound
 from damperlab.studies.store.life_cycle.lookup import Wanted
 from damperlab.studies.store.store import Store
 
@@ -146,12 +146,10 @@ def test_a_folder_and_its_database_belong_together_before_the_first_study(tmp_pa
 def test_a_study_lives_and_dies(store):
     study = make_study("in PostgreSQL")
     plan = make_plan_of(study)
-    record, created = store.submit(study, plan, {}, key="k")
+    record, created = store.submit(study, plan, {})
     assert created
     assert not (store.data_dir / "catalogue.sqlite").exists()
-    assert store.submit(study, plan, {}, key="k") == (record, False)
-    with pytest.raises(KeyTaken):
-        store.submit(make_study(damping_ratio=0.3), plan, {}, key="k")
+    assert store.submit(study, plan, {}) == (record, False)
     assert store.claim(record.id, "one")
     assert not store.claim(record.id, "two")
     store.set_state(record.id, "running")

@@ -28,7 +28,7 @@ from damperlab.studies.store.care.verify import check_catalogue, verify
 from damperlab.studies.store.catalogue.access_keys import AccessKeys
 from damperlab.studies.store.cube.block_file import write_region
 from damperlab.studies.store.faults import StoreFault, StudyNotFound
-from damperlab.studies.store.life_cycle.manifest import lost_end
+from damperlab.studies.store.life_cycle.manifest import lost_end, read_marks
 from damperlab.studies.store.store import Store
 
 METRICS = ["amplitude_ratio", "period"]
@@ -95,6 +95,28 @@ def test_a_lost_catalogue_is_made_again(copied):
     again.close()
     once_more = rebuild(data)
     assert (once_more.studies, once_more.blocks, once_more.known) == (0, 0, 4)
+
+
+def test_a_study_whose_last_block_was_done_but_not_its_end_is_done_and_sound(store):
+    never_ended = begun(store, make_study("never ended", metrics=METRICS), range(12))
+    study = make_study("cancelled", damping_ratio=0.02, metrics=METRICS)
+    cancelled = begun(store, study, range(11))
+    store.set_state(cancelled, "cancelled")
+    late = make_plan_of(study).block(11)
+    write_region(store.cube_path(cancelled), late, values_of(study, late), "late")
+    store.close()
+    lose_catalogue(store.data_dir)
+    rebuild(store.data_dir)
+    again = Store.open(store.data_dir)
+    for study_id in (never_ended, cancelled):
+        assert again.find(study_id).state == "done"
+        assert list(verify(again, again.find(study_id))) == []
+    again.keep_late_marks()
+    for study_id in (never_ended, cancelled):
+        kept, marks = read_marks(again.find_cube(study_id))
+        assert (kept["state"], len(marks)) == ("done", 12)
+        assert list(verify(again, again.find(study_id))) == []
+    again.close()
 
 
 def test_what_the_tail_of_the_log_held_is_missed_and_restored(store, tmp_path):
@@ -310,7 +332,6 @@ def test_a_cube_that_cannot_be_read_is_told_and_costs_no_other(copied):
         "UPDATE events SET what = CAST(x'ff41' AS TEXT) WHERE number = 1",
         "UPDATE studies SET name = CAST(x'ff41' AS TEXT) WHERE number = 1",
         "UPDATE done_blocks SET generation = CAST(x'ff41' AS TEXT) WHERE study = 1 AND block = 3",
-        "INSERT INTO keys (key, digest, at, crc) VALUES ('k', 'd', 1.0, 5)",
         "UPDATE facts SET value = '' WHERE key = 'revision'",
         "ALTER TABLE studies RENAME COLUMN note TO nota",
         "ALTER TABLE events RENAME TO evens",

@@ -4,13 +4,10 @@ import asyncio
 import os
 import signal
 import socket
-import threading
 import time
 from collections.abc import Iterator
 from contextlib import ExitStack, contextmanager
-from http.server import BaseHTTPRequestHandler, ThreadingHTTPServer
 from pathlib import Path
-from typing import ClassVar
 
 import psutil
 import pytest
@@ -23,7 +20,6 @@ from damperlab.worker.cluster.certificates import make_certificates, security
 from damperlab.worker.cluster.cluster import _probe, connect
 from damperlab.worker.dispatch.window import Window
 from damperlab.worker.outcomes import ClusterUnusable, Failure
-from damperlab.worker.worker_process.worker import announced, faulty
 
 GONE_SECONDS = 120.0
 
@@ -83,11 +79,9 @@ def test_worker_without_work_leaves_in_time(scheduler: str, status: int) -> None
 
 
 @pytest.mark.night
-@pytest.mark.parametrize("how", ["notice", "address", "lifetime"])
-def test_block_that_takes_longer_than_there_is_time_is_given_back(
-    tmp_path: Path, spot_market: str, how: str
-) -> None:
-    notice, SpotMarket.answer = tmp_path / "notice", (404, b"not here")
+@pytest.mark.parametrize("how", ["notice", "lifetime"])
+def test_block_that_takes_longer_than_there_is_time_is_given_back(tmp_path: Path, how: str) -> None:
+    notice = tmp_path / "notice"
 
     def task(index: int) -> BlockOutcome:
         (tmp_path / f"{index}-{time.monotonic_ns()}").touch()
@@ -95,11 +89,7 @@ def test_block_that_takes_longer_than_there_is_time_is_given_back(
             time.sleep(600.0)
         return BlockOutcome(index, 1, 0, 0.0, 0.0)
 
-    options = {
-        "notice": f"--notice={notice}",
-        "address": f"--notice-url={spot_market}",
-        "lifetime": "--lifetime=60",
-    }[how]
+    options = {"notice": f"--notice={notice}", "lifetime": "--lifetime=60"}[how]
     with scheduler_process() as (address, _), connect(scheduler=address) as client, ExitStack() as stack:
         window = Window(client, lambda index, key: (task, index), range(1))
         process = stack.enter_context(worker_process(address, "--leave-within=1", options))
@@ -107,52 +97,10 @@ def test_block_that_takes_longer_than_there_is_time_is_given_back(
             window.fill()
             assert list(window.collect(0.1)) == []
         notice.touch()
-        SpotMarket.answer = 200, b"TRUE"
         assert process.wait(GONE_SECONDS) == 0
         stack.enter_context(worker_process(address))
         assert [each.index for each in pump(window)] == [0]
         assert window.workers.retries == 1
-
-
-class SpotMarket(BaseHTTPRequestHandler):
-    """Answers as the address of a spot instance does."""
-
-    answer: ClassVar[tuple[int, bytes]] = 404, b"not here"
-
-    def do_GET(self) -> None:
-        status, body = self.answer
-        self.send_response(status)
-        self.send_header("Content-Length", str(len(body)))
-        self.send_header("Location", "http://127.0.0.1:1/")
-        self.end_headers()
-        self.wfile.write(body)
-
-    def log_message(self, *_: object) -> None:
-        pass
-
-
-@pytest.fixture
-def spot_market() -> Iterator[str]:
-    with ThreadingHTTPServer(("127.0.0.1", 0), SpotMarket) as server:
-        threading.Thread(target=server.serve_forever, daemon=True).start()
-        yield f"http://127.0.0.1:{server.server_port}/spot/instance-action"
-        server.shutdown()
-
-
-def test_notice_is_an_answer_that_says_so(spot_market: str, monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setenv("http_proxy", "http://127.0.0.1:1")
-    for answer in ((404, b"TRUE"), (503, b""), (302, b"TRUE"), (200, b"FALSE\n"), (200, b"NONE"), (200, b"")):
-        SpotMarket.answer = answer
-        assert not announced(spot_market), answer
-    for body in (b"TRUE", b'{"action": "terminate", "time": "2017-09-18T08:22:00Z"}'):
-        SpotMarket.answer = 200, body
-        assert announced(spot_market), body
-    with socket.socket() as silent:
-        silent.bind(("127.0.0.1", 0))
-        assert not announced(f"http://127.0.0.1:{silent.getsockname()[1]}/")
-    assert faulty(spot_market) is None
-    for wrong in ("", "file:///etc/passwd", "http://", "127.0.0.1:80", "http://a:b/"):
-        assert faulty(wrong) is not None
 
 
 def test_files_say_who_may_take_part(tmp_path: Path) -> None:

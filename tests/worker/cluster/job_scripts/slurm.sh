@@ -6,4 +6,4 @@
 #SBATCH --export=ALL
 #SBATCH --array=1-8
 #SBATCH --partition=short
-exec PYTHON -m damperlab admin worker tls://10.0.0.1:40123 --tls /shared/jobs/one/tls --lifetime 5370 --leave-within 25 --leave-idle 300 --memory-limit 2147483648B --name job-2-"${SLURM_ARRAY_TASK_ID:-1}"
+exec PYTHON -m damperlab admin worker tls://10.0.0.1:40123 --tls /shared/jobs/one/tls --lifetime 5370 --leave-within 25 --leave-idle 300 --memory-limit 2147483648B --name "job-2-${SLURM_ARRAY_TASK_ID}"
