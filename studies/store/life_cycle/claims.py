@@ -1,6 +1,6 @@
 """Claims on studies. Only the owner of a claim works on the study, and a claim ends if the owner does not renew it.
 
-Studies that have only one block are processed together: one transaction claims, marks or ends many studies.
+Small studies are processed together: one transaction claims, marks or ends many studies.
 """
 
 import json
@@ -173,15 +173,17 @@ class Claims(Blocks):
         with self.catalogue.writing() as connection:
             connection.execute(change.values(claimed(owner)))
 
-    def finish_all(self, owner: str, outcomes: Mapping[str, BlockOutcome]) -> None:
-        """Set the done-mark of each study's only block. End each study whose cube contains the mark."""
+    def finish_all(self, owner: str, outcomes: Mapping[str, Sequence[BlockOutcome]]) -> set[str]:
+        """Set the done-marks of all blocks of each study, and end each study whose cube contains the marks.
+
+        The method returns the ids of the ended studies.
+        """
         with self.catalogue.writing() as connection:
-            marked = [
-                each for each, outcome in outcomes.items() if self._mark_one(connection, each, outcome, owner)
-            ]
+            marked = [each for each, ends in outcomes.items() if self._mark_all(connection, each, ends, owner)]
         now = time.time()
         with ThreadPoolExecutor(AT_ONCE) as pool:
             kept = list(pool.map(lambda study_id: self._kept(study_id, now), marked))
+        ended = set()
         with self.catalogue.writing() as connection:
             for study_id, good in zip(marked, kept, strict=True):
                 row = alive_row(connection, study_id)
@@ -190,6 +192,8 @@ class Claims(Blocks):
                         connection, study_id, "done", only_from=("running",), owner=owner, now=now
                     )
                     change_study(connection, row.number, UNCLAIMED)
+                    ended.add(study_id)
+        return ended
 
     def release_all(self, owner: str) -> None:
         """Queue the running studies of an owner again, and release all claims of the owner."""
@@ -200,9 +204,11 @@ class Claims(Blocks):
                 self._change_state(connection, row.id, "queued", only_from=("running",), owner=owner)
                 change_study(connection, row.number, UNCLAIMED)
 
-    def _mark_one(self, connection: Connection, study_id: str, outcome: BlockOutcome, owner: str) -> bool:
+    def _mark_all(
+        self, connection: Connection, study_id: str, outcomes: Sequence[BlockOutcome], owner: str
+    ) -> bool:
         try:
-            return self._mark(connection, study_id, [outcome], owner)
+            return self._mark(connection, study_id, outcomes, owner)
         except StudyNotFound:
             return False  # the study was deleted meanwhile
 
