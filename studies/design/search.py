@@ -14,7 +14,7 @@ refined most.
 """
 
 import math
-from collections.abc import Generator, Iterable
+from collections.abc import Iterable
 from dataclasses import dataclass, field, replace
 
 from damperlab.studies.design.book import Book, BudgetSpent, Wanted
@@ -24,11 +24,12 @@ from damperlab.studies.design.frequencies import SHOWN, Survey, between, bracket
 from damperlab.studies.design.optimisers import SIZES, Effort, best_apart, descended, spread
 from damperlab.studies.design.score import Score, score, worst
 from damperlab.studies.design.space import Candidate, Space, amplitudes_of, corners_of
+from damperlab.studies.design.steps import Step
 from damperlab.studies.faults import counted
 from damperlab.studies.specification.excitation import ONCE, Amplitude, Case, Under
 from damperlab.studies.specification.specification import Specification
 
-Asks = Generator[list[Wanted], None, None]
+Asks = Step[None]
 
 FEW = 3
 """Number of amplitudes of each excitation under which candidates are judged."""
@@ -96,30 +97,31 @@ class Search:
         self.surveys = {each: Survey.of(self.asked, each) for each in self.asked.excitations}
         self.amplitudes = amplitudes_of(self.asked, FEW)
         self.corners = corners_of(self.asked)
-        self.cap = self.most = self.book.budget
+        self.room = self.book.left
+        """Number of points that this search may still request."""
         self._level: dict[Build, int] = {}
 
-    def run(self, most: int | None = None) -> Generator[list[Wanted], None, Candidate]:
+    def run(self, most: int | None = None) -> Step[Candidate]:
         """Search for the best candidate within the budget, and return this candidate.
 
         Parameters
         ----------
         most : int, optional
-            Largest number of points in the book; by default the complete budget.
+            Largest number of points that the search requests; by default all points that the book has left.
 
         Raises
         ------
         BudgetSpent
             If `most` points do not cover the coarse computation of the first candidates.
         """
-        self.most = self.book.budget if most is None else most
-        reserve = self.effort.reserve * (self.most - self.book.spent)
-        self.cap = self.most - math.ceil(reserve)
+        most = self.book.left if most is None else most
+        reserve = self.effort.reserve * most
+        self.room = most - math.ceil(reserve)
         try:
             yield from self._search()
         except BudgetSpent:
             self.stopped = "budget"
-        self.cap = self.most - math.ceil(self.effort.left * reserve)
+        self.room += math.ceil(reserve) - math.ceil(self.effort.left * reserve)
         if not self.robust:
             if not self.glances:
                 raise BudgetSpent
@@ -328,10 +330,10 @@ class Search:
                     self._level.update(dict.fromkeys(behind, stage))
 
     def _asked(self, wanted: list[Wanted]) -> Asks:
-        """Yield the wanted points, or raise `BudgetSpent` if they exceed the cap."""
-        if self.book.spent + self.book.lacking(wanted) > self.cap:
+        """Yield the wanted points, or raise `BudgetSpent` if this search may not request so many points."""
+        if self.book.lacking(wanted) > self.room:
             raise BudgetSpent
-        yield wanted
+        self.room -= yield wanted
 
     def _tell_of(self, candidates: list[Candidate]) -> None:
         here = counted(len(self.examined.keys() | set(candidates)), "damper")
