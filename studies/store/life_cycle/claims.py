@@ -13,7 +13,14 @@ from typing import Any
 
 from sqlalchemy import Connection, Row, select, update
 
-from damperlab.studies.store.catalogue.rows import ALIVE, alive_row, change_study, claim_owner
+from damperlab.studies.store.catalogue.rows import (
+    ALIVE,
+    alive_row,
+    alive_rows,
+    change_study,
+    claim_owner,
+    record_of,
+)
 from damperlab.studies.store.catalogue.tables import WAITING, studies
 from damperlab.studies.store.faults import StoreFault, StudyNotFound
 from damperlab.studies.store.files.shelf import AT_ONCE
@@ -153,19 +160,20 @@ class Claims(Blocks):
         A study is skipped if its recorded identity is not `identity`, the identity of the owner's solver and
         processor; see `damperlab.studies.store.solver.identity_of`.
         """
-        taken = []
         with self.catalogue.writing() as connection:
-            for study_id in ids:
-                row = alive_row(connection, study_id)
-                if row is None or row.state != "queued" or row.started is not None or self._holds(row):
-                    continue
-                if json.loads(row.provenance).get("identity") != identity:
-                    continue
-                change_study(connection, row.number, claimed(owner))
-                taken.append(
-                    self._change_state(connection, study_id, "running", only_from=("queued",), owner=owner)
-                )
-        return taken
+            taken = [
+                row
+                for row in alive_rows(connection, ids)
+                if row.state == "queued"
+                and row.started is None
+                and not self._holds(row)
+                and json.loads(row.provenance).get("identity") == identity
+            ]
+            now = time.time()
+            began = {"started": now, "finished": None, "run_began": now, "run_points": studies.c.points_done}
+            change = {**claimed(owner), **began, "last_mark": None}
+            self._change_states(connection, taken, "running", change)
+            return [record_of(row) for row in alive_rows(connection, [row.id for row in taken])]
 
     def renew_all(self, owner: str) -> None:
         """Renew every claim of an owner."""
@@ -179,21 +187,21 @@ class Claims(Blocks):
         The method returns the ids of the ended studies.
         """
         with self.catalogue.writing() as connection:
-            marked = [each for each, ends in outcomes.items() if self._mark_all(connection, each, ends, owner)]
+            marked = [
+                each for each, ends in outcomes.items() if self._mark_all(connection, each, ends, owner)
+            ]
         now = time.time()
         with ThreadPoolExecutor(AT_ONCE) as pool:
             kept = list(pool.map(lambda study_id: self._kept(study_id, now), marked))
-        ended = set()
+        good = [study_id for study_id, kept_now in zip(marked, kept, strict=True) if kept_now]
         with self.catalogue.writing() as connection:
-            for study_id, good in zip(marked, kept, strict=True):
-                row = alive_row(connection, study_id)
-                if good and row is not None and row.claim_owner == owner:
-                    self._change_state(
-                        connection, study_id, "done", only_from=("running",), owner=owner, now=now
-                    )
-                    change_study(connection, row.number, UNCLAIMED)
-                    ended.add(study_id)
-        return ended
+            ours = [
+                row
+                for row in alive_rows(connection, good)
+                if row.claim_owner == owner and row.state == "running"
+            ]
+            self._change_states(connection, ours, "done", {**UNCLAIMED, "finished": now})
+        return {row.id for row in ours}
 
     def release_all(self, owner: str) -> None:
         """Queue the running studies of an owner again, and release all claims of the owner."""
