@@ -200,9 +200,7 @@ class Search:
         found = (each for each in self.examined.items() if each[0] not in self.robust and each[1] < least)
         return [each for each, _ in sorted(found, key=lambda each: each[::-1])[:LIKELY]]
 
-    def _look(
-        self, candidates: list[Candidate], margin: float = MARGIN, first: int | None = None
-    ) -> Asks:
+    def _look(self, candidates: list[Candidate], margin: float = MARGIN, first: int | None = None) -> Asks:
         """Compute the values of candidates, at more frequencies for the candidates that may be near the best.
 
         A candidate is computed further only while its value exceeds the least value by at most `margin`. The nominal

@@ -1,7 +1,6 @@
 """Steps of a search, which request points. The parts after the search advance side by side and share the budget."""
 
 from collections.abc import Callable, Generator
-from math import inf
 from typing import TypeVar
 
 from damperlab.studies.definition import Study
@@ -25,28 +24,34 @@ def within(step: Step[T], left_out: list[str], what: str) -> Step[T | None]:
         return None
 
 
-def in_studies(book: Book, step: Step[T], most: float = inf) -> Generator[Studies, None, T]:
+def in_studies(book: Book, step: Step[T]) -> Generator[Studies, None, T]:
     """Yield the studies that a step needs next, and return the result of the step.
 
-    The step receives `BudgetSpent` if its studies would have more than `most` points altogether, or more points than
-    the book has left.
+    The step receives `BudgetSpent` if its studies would have more points than the book has left, or if the caller
+    refuses the studies by throwing `BudgetSpent`.
     """
-    left = most
     try:
         wanted = next(step)
         while True:
             studies = wanted if isinstance(wanted, tuple) else book.studies(wanted)
-            points = sum(study.points for study in studies)
-            if points > min(left, book.left):
-                wanted = step.throw(BudgetSpent())
-                continue
-            if studies:
-                yield studies
-            left -= points
-            wanted = step.send(points)
+            points = points_of(studies)
+            try:
+                if points > book.left:
+                    raise BudgetSpent
+                if studies:
+                    yield studies
+            except BudgetSpent as spent:
+                wanted = step.throw(spent)
+            else:
+                wanted = step.send(points)
     except StopIteration as end:
         result: T = end.value
         return result
+
+
+def points_of(studies: Studies) -> int:
+    """Return the number of points of studies."""
+    return sum(study.points for study in studies)
 
 
 Part = Callable[[int], Step[bool]]
@@ -73,29 +78,48 @@ def share_out(book: Book, parts: dict[str, Part]) -> Step[list[str]]:
     list of str
         Names of the incomplete parts.
     """
-    left_out = yield from _side_by_side(book, parts, book.left // max(len(parts), 1))
+    left_out = yield from _side_by_side(book, parts)
     for name in list(left_out):
-        if not (yield from _side_by_side(book, {name: parts[name]}, book.left)):
+        if not (yield from _side_by_side(book, {name: parts[name]})):
             left_out.remove(name)
     return left_out
 
 
-def _side_by_side(book: Book, parts: dict[str, Part], most: int) -> Step[list[str]]:
-    """Carry out parts with at most `most` points each. In each round, every part requests its next studies."""
-    going = {name: in_studies(book, part(most), most) for name, part in parts.items()}
+def _side_by_side(book: Book, parts: dict[str, Part]) -> Step[list[str]]:
+    """Carry out parts together: in each round, the next studies of all parts are requested.
+
+    A part that would exceed its share waits. When all parts wait, the one that needs the fewest points continues with
+    the points that other parts have left.
+    """
+    share = book.left // max(len(parts), 1)
+    left = dict.fromkeys(parts, share)
+    going = {name: in_studies(book, part(share)) for name, part in parts.items()}
+    waiting: dict[str, Studies] = {}
+    refused: set[str] = set()
     whole: dict[str, bool] = {}
-    while going:
-        asked: dict[str, Study | Suite] = {}
-        for name, part in list(going.items()):
+    while True:
+        for name in [name for name in going if name not in waiting]:
             try:
-                asked |= {study.digest: study for study in next(part)}
-                continue
+                waiting[name] = going[name].throw(BudgetSpent()) if name in refused else next(going[name])
             except StopIteration as end:
                 whole[name] = end.value
             except BudgetSpent:
                 whole[name] = False
-            del going[name]
-        if asked:
-            book.stage = ", ".join(going)
-            yield tuple(asked.values())
-    return [name for name in parts if not whole[name]]
+            refused.discard(name)
+        if not waiting:
+            return [name for name in parts if not whole[name]]
+        going = {name: going[name] for name in waiting}
+        points = {name: points_of(studies) for name, studies in waiting.items()}
+        chosen: list[str] = []
+        for name in waiting:
+            if points[name] <= min(left[name], book.left - sum(points[each] for each in chosen)):
+                chosen.append(name)
+        chosen = chosen or [min(points, key=lambda name: points[name])]
+        book.stage = ", ".join(chosen)
+        asked = {study.digest: study for name in chosen for study in waiting.pop(name)}
+        if points[chosen[0]] > book.left:
+            refused = set(chosen)
+            continue
+        for name in chosen:
+            left[name] -= points[name]
+        yield tuple(asked.values())
