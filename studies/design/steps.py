@@ -95,31 +95,30 @@ def _side_by_side(book: Book, parts: dict[str, Part]) -> Step[list[str]]:
     left = dict.fromkeys(parts, share)
     going = {name: in_studies(book, part(share)) for name, part in parts.items()}
     waiting: dict[str, Studies] = {}
-    refused: set[str] = set()
     whole: dict[str, bool] = {}
+
+    def resume(name: str, *error: BudgetSpent) -> None:
+        try:
+            waiting[name] = going[name].throw(*error) if error else next(going[name])
+        except StopIteration as end:
+            whole[name] = end.value
+        except BudgetSpent:
+            whole[name] = False
+
     while True:
-        for name in [name for name in going if name not in waiting]:
-            try:
-                waiting[name] = going[name].throw(BudgetSpent()) if name in refused else next(going[name])
-            except StopIteration as end:
-                whole[name] = end.value
-            except BudgetSpent:
-                whole[name] = False
-            refused.discard(name)
+        for name in [name for name in going if name not in waiting and name not in whole]:
+            resume(name)
         if not waiting:
             return [name for name in parts if not whole[name]]
-        going = {name: going[name] for name in waiting}
-        points = {name: points_of(studies) for name, studies in waiting.items()}
-        chosen: list[str] = []
-        for name in waiting:
-            if points[name] <= min(left[name], book.left - sum(points[each] for each in chosen)):
-                chosen.append(name)
-        chosen = chosen or [min(points, key=lambda name: points[name])]
-        book.stage = ", ".join(chosen)
-        asked = {study.digest: study for name in chosen for study in waiting.pop(name)}
+        points = {name: points_of(waiting[name]) for name in parts if name in waiting}
+        chosen = [name for name in points if points[name] <= left[name]]
+        if not chosen or sum(points[name] for name in chosen) > book.left:
+            chosen = [min(points, key=lambda name: points[name])]
         if points[chosen[0]] > book.left:
-            refused = set(chosen)
+            del waiting[chosen[0]]
+            resume(chosen[0], BudgetSpent())
             continue
+        book.stage = ", ".join(chosen)
         for name in chosen:
             left[name] -= points[name]
-        yield tuple(asked.values())
+        yield tuple({study.digest: study for name in chosen for study in waiting.pop(name)}.values())
