@@ -194,11 +194,9 @@ class _Search:
         here = [record.id for study, record in left if self._is_small(study)]
         if len(here) < len(left):
             self._tell()
-        self._compute_together(
-            [record.id for _, record in left if record.id in here and record.blocks_total == 1]
-        )
+        done = self._compute_together(here)
         for study_id in here:
-            if self.store.find(study_id).state == "queued":
+            if study_id not in done and self.store.find(study_id).state == "queued":
                 self._compute(study_id)
         return [self._cube(self._ended(record.id)) for record in records]
 
@@ -213,18 +211,20 @@ class _Search:
             return False
         return make_plan(study, seconds_per_point).seconds <= HERE_SECONDS
 
-    def _compute_together(self, ids: list[str]) -> None:
-        """Compute queued studies of one block each in parallel.
+    def _compute_together(self, ids: list[str]) -> set[str]:
+        """Compute queued studies in parallel, and return the ids of the studies that are done.
 
         A study that fails is queued again, and `_compute` repeats it.
         """
+        done: set[str] = set()
         for start in range(0, len(ids), AT_ONCE):
             self._require_wanted()
             self.stop.computing = True
-            compute_together(self.store, ids[start : start + AT_ONCE], self.stop.is_set)
+            done |= compute_together(self.store, ids[start : start + AT_ONCE], self.stop.is_set)
             self.stop.computing = False
             if self.stop.is_set():
                 raise _Over
+        return done
 
     def _compute(self, study_id: str) -> None:
         """Compute a queued study. If the service has started the study meanwhile, do nothing."""

@@ -222,24 +222,33 @@ class Computer(ExitStack):
                         f"{error} Computed points are kept. Continue with: {self.go_on(record.id)}",
                     ) from error
 
-    def compute_together(self, records: "Sequence[Record]") -> None:
-        """Compute the small studies among `records` together, on all cores of this machine."""
-        from damperlab.studies.store.cube.definition import parse_stored
+    def compute_together(self, records: "Sequence[Record]") -> set[str]:
+        """Compute the short studies among `records` together, on all cores of this machine.
+
+        Returns
+        -------
+        set of str
+            Ids of the studies that are done.
+        """
         from damperlab.worker.run.small_batch import compute_together
+
+        short = [record.id for record in records if record.state == "queued" and self._is_short(record)]
+        if self._stopped or not short:
+            return set()
+        with _stop_on_signals() as stop, self._noting(stop):
+            return compute_together(self.store, short, stop.is_set)
+
+    def _is_short(self, record: "Record") -> bool:
+        """Whether this process computes a study without a cluster, with kernels that are compiled already."""
+        from damperlab.studies.plan import plan_with_chunk
+        from damperlab.studies.store.cube.definition import parse_stored
+        from damperlab.worker.dispatch.cost_model import seconds_per_point
         from damperlab.worker.scenes import scenes
         from damperlab.worker.warm import missing
 
-        small = [
-            record.id
-            for record in records
-            if record.state == "queued"
-            and record.blocks_total == 1
-            and not missing(scenes(parse_stored(record.definition, record.digest)))
-        ]
-        if self._stopped or not small or not self._here_seconds:
-            return
-        with _stop_on_signals() as stop, self._noting(stop):
-            compute_together(self.store, small, stop.is_set)
+        study = parse_stored(record.definition, record.digest)
+        plan = plan_with_chunk(study, record.chunk, seconds_per_point)
+        return plan.seconds <= self._here_seconds and not missing(scenes(study))
 
     def go_on(self, study_id: str) -> str:
         """Return the command that continues a study."""

@@ -119,25 +119,22 @@ class _Evaluation:
 
         store = self._computer.store
         records = self._entered(ask.studies)
-        points = ask.spent + sum(record.points_total for record in records if record.state == "done")
-        left = [record for record in records if record.state != "done"]
+        done = {record.id for record in records if record.state == "done"}
+        left = [record for record in records if record.id not in done]
         for start in range(0, len(left), AT_ONCE):
-            some = left[start : start + AT_ONCE]
-            self._computer.compute_together(some)
-            points += sum(record.points_total for record in some)
-            progress.update(points)
+            done |= self._computer.compute_together(left[start : start + AT_ONCE])
+            progress.update(ask.spent + sum(each.points_total for each in records if each.id in done))
         points = ask.spent
         for record in records:
-            now = store.find(record.id)
-            if now.state != "done":
-                now = self._computer.compute(now, shown=progress.of_study(points))
-            if now.state != "done":
-                note(
-                    "damperlab: stopped before the design was done. Run the same command again to continue "
-                    f"it; its study {now.id} is {now.state}."
-                )
-                raise typer.Exit(FAILED)
-            points += now.points_total
+            if record.id not in done:
+                now = self._computer.compute(record, shown=progress.of_study(points))
+                if now.state != "done":
+                    note(
+                        "damperlab: stopped before the design was done. Run the same command again to continue "
+                        f"it; its study {now.id} is {now.state}."
+                    )
+                    raise typer.Exit(FAILED)
+            points += record.points_total
         return [store.cube(record.id).load() for record in records]
 
     def _entered(self, several: "Sequence[AnyStudy]") -> "list[Record]":

@@ -48,7 +48,7 @@ def without(asked: Specification, parts: tuple[str, ...]) -> Specification:
 
 
 def alternative(name: str, asked: Specification, book: Book, most: int) -> Step[Alternative]:
-    """Search for the best damper of the kind `name` in `LACKS`, with at most `most` points in the book.
+    """Search for the best damper of the kind `name` in `LACKS`, with at most `most` points.
 
     Raises
     ------

@@ -6,10 +6,9 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from damperlab.studies.definition import Study
 from damperlab.studies.design.absorber import tuned_beside
 from damperlab.studies.design.alternatives import LACKS
-from damperlab.studies.design.book import Book, BudgetSpent
+from damperlab.studies.design.book import Book
 from damperlab.studies.design.build import Build
 from damperlab.studies.design.builds import counted_builds, drawn
 from damperlab.studies.design.found import Found
@@ -17,10 +16,9 @@ from damperlab.studies.design.score import Score, binding, over_bands, score, wo
 from damperlab.studies.design.search import CLOSE, FEW, Search
 from damperlab.studies.design.space import amplitudes_of
 from damperlab.studies.design.starts import started, starts_of
-from damperlab.studies.design.steps import Step, within
+from damperlab.studies.design.steps import Step, Studies, in_studies, within
 from damperlab.studies.design.surroundings import Surroundings
 from damperlab.studies.faults import Fault, StudyFaults, counted
-from damperlab.studies.ground.suite import Suite
 from damperlab.studies.specification.excitation import Amplitude, Excitation
 from damperlab.studies.specification.specification import STARTS, Specification
 
@@ -51,7 +49,7 @@ class Ask:
         The best damper so far, and its known worst case without tolerances; None before the first look.
     """
 
-    studies: tuple[Study | Suite, ...]
+    studies: Studies
     stage: str
     spent: int
     budget: int
@@ -81,18 +79,11 @@ def designing(asked: Specification, budget: int) -> Rounds:
         If half of the budget does not cover the coarse computation of the first candidates.
     """
     book = Book(asked, budget)
-    steps = _steps(asked, book)
+    rounds = in_studies(book, _steps(asked, book))
     try:
-        wanted = next(steps)
         while True:
-            studies = wanted if isinstance(wanted, tuple) else book.studies(wanted)
-            if sum(study.points for study in studies) > book.left:
-                wanted = steps.throw(BudgetSpent())
-                continue
-            if studies:
-                cubes = yield Ask(studies, book.stage, book.spent, budget, _ahead(book))
-                book.add(cubes)
-            wanted = next(steps)
+            studies = next(rounds)
+            book.add((yield Ask(studies, book.stage, book.spent, budget, _ahead(book))))
     except StopIteration as end:
         found: Found = end.value
         return found

@@ -6,6 +6,7 @@ step as long as the response improves. Each result is the best of the examined d
 tuned mass damper of the same mass is tuned under the same conditions.
 """
 
+from collections.abc import Sequence
 from dataclasses import dataclass, replace
 from itertools import product
 
@@ -85,35 +86,36 @@ def masses_of(asked: Specification, recommended: Build) -> list[float]:
     return sorted({*kept, own})
 
 
-def front_of(search: Search, best: Candidate, most: int) -> Step[tuple[OfMass, ...]]:
-    """Find the best damper for each mass, from the recommended mass towards heavier and lighter masses.
+def follow(
+    search: Search, best: Candidate, masses: Sequence[float], found: dict[float, tuple[OfMass, Candidate]]
+) -> Step[bool]:
+    """Find the best damper for each mass, one mass after the other.
 
     Parameters
     ----------
     search : Search
         The completed search.
     best : tuple of float
-        The recommended candidate.
-    most : int
-        Largest number of known points after the search.
+        The recommended candidate, from which the search for the first mass starts.
+    masses : sequence of float
+        Masses on one side of the recommended mass, the nearest first.
+    found : dict
+        For each mass, the best damper and its candidate without the mass. The masses found are added.
 
     Returns
     -------
-    tuple of OfMass
-        The best damper of each mass, the lightest first, for as many masses as the points allow.
+    bool
+        Whether the points sufficed for every mass.
     """
-    recommended = search.space.build(best)
-    masses = masses_of(search.asked, recommended)
-    place = masses.index(recommended.particle_mass_kg)
-    found: dict[float, OfMass] = {}
-    for path in (masses[place:], masses[:place][::-1]):
-        start = _others(search, best)
-        for mass in path:
+    start = _others(search, best)
+    for mass in masses:
+        if mass not in found:
             try:
-                found[mass], start = yield from _best_of(search, mass, start, most)
+                found[mass] = yield from _best_of(search, mass, start)
             except BudgetSpent:
-                break
-    return tuple(found[mass] for mass in sorted(found))
+                return False
+        start = found[mass][1]
+    return True
 
 
 def beside_particle_alone(
@@ -158,7 +160,7 @@ class _Looking:
                 return
 
 
-def _best_of(search: Search, mass: float, start: Candidate, cap: int) -> Step[tuple[OfMass, Candidate]]:
+def _best_of(search: Search, mass: float, start: Candidate) -> Step[tuple[OfMass, Candidate]]:
     """Find the best damper with a particle of one mass.
 
     The search starts from the best damper of a neighbouring mass, and from dampers of this mass that the main search
@@ -166,22 +168,18 @@ def _best_of(search: Search, mass: float, start: Candidate, cap: int) -> Step[tu
     """
     asked = _with_mass(search.asked, mass)
     looking = _Looking(_looker(search, asked), Space(asked), set())
-    looking.search.cap = cap
-    try:
-        yield from looking.search.known([looking.space.build(start)], CLOSE)
-        looking.known = {start, *_pool(search, mass)}
+    yield from looking.search.known([looking.space.build(start)], CLOSE)
+    looking.known = {start, *_pool(search, mass)}
+    yield from looking.closer(CLOSE)
+    step = WIDEST
+    while step >= FINEST and looking.space.names:
+        best = looking.best()
+        around = set(_around(looking.space, best, step))
+        yield from looking.search.known(map(looking.space.build, sorted(around)), 0)
+        looking.known |= around
         yield from looking.closer(CLOSE)
-        step = WIDEST
-        while step >= FINEST and looking.space.names:
-            best = looking.best()
-            around = set(_around(looking.space, best, step))
-            yield from looking.search.known(map(looking.space.build, sorted(around)), 0)
-            looking.known |= around
-            yield from looking.closer(CLOSE)
-            step = step / 2 if looking.best() == best else step
-        yield from looking.closer(CLOSEST)
-    finally:
-        looking.search.cap = search.book.budget
+        step = step / 2 if looking.best() == best else step
+    yield from looking.closer(CLOSEST)
     build = looking.space.build(looking.best())
     absorber = least_beside(search.asked, mass / search.asked.structure.mass_kg)
     return OfMass(build, looking.search.score(build), len(looking.known), absorber, None), looking.best()

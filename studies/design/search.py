@@ -14,7 +14,7 @@ refined most.
 """
 
 import math
-from collections.abc import Generator, Iterable
+from collections.abc import Iterable, Mapping
 from dataclasses import dataclass, field, replace
 
 from damperlab.studies.design.book import Book, BudgetSpent, Wanted
@@ -24,11 +24,12 @@ from damperlab.studies.design.frequencies import SHOWN, Survey, between, bracket
 from damperlab.studies.design.optimisers import SIZES, Effort, best_apart, descended, spread
 from damperlab.studies.design.score import Score, score, worst
 from damperlab.studies.design.space import Candidate, Space, amplitudes_of, corners_of
+from damperlab.studies.design.steps import Step
 from damperlab.studies.faults import counted
 from damperlab.studies.specification.excitation import ONCE, Amplitude, Case, Under
 from damperlab.studies.specification.specification import Specification
 
-Asks = Generator[list[Wanted], None, None]
+Asks = Step[None]
 
 FEW = 3
 """Number of amplitudes of each excitation under which candidates are judged."""
@@ -96,30 +97,31 @@ class Search:
         self.surveys = {each: Survey.of(self.asked, each) for each in self.asked.excitations}
         self.amplitudes = amplitudes_of(self.asked, FEW)
         self.corners = corners_of(self.asked)
-        self.cap = self.most = self.book.budget
+        self.room = self.book.left
+        """Number of points that this search may still request."""
         self._level: dict[Build, int] = {}
 
-    def run(self, most: int | None = None) -> Generator[list[Wanted], None, Candidate]:
+    def run(self, most: int | None = None) -> Step[Candidate]:
         """Search for the best candidate within the budget, and return this candidate.
 
         Parameters
         ----------
         most : int, optional
-            Largest number of points in the book; by default the complete budget.
+            Largest number of points that the search requests; by default all points that the book has left.
 
         Raises
         ------
         BudgetSpent
             If `most` points do not cover the coarse computation of the first candidates.
         """
-        self.most = self.book.budget if most is None else most
-        reserve = self.effort.reserve * (self.most - self.book.spent)
-        self.cap = self.most - math.ceil(reserve)
+        most = self.book.left if most is None else most
+        reserve = self.effort.reserve * most
+        self.room = most - math.ceil(reserve)
         try:
             yield from self._search()
         except BudgetSpent:
             self.stopped = "budget"
-        self.cap = self.most - math.ceil(self.effort.left * reserve)
+        self.room += math.ceil(reserve) - math.ceil(self.effort.left * reserve)
         if not self.robust:
             if not self.glances:
                 raise BudgetSpent
@@ -185,7 +187,7 @@ class Search:
         starts = best_apart(self.values, self.effort.starts if size == SIZES[0] else 1)
         for candidates in descended(self.space, self.values, starts, size):
             self._tell_of(candidates)
-            yield from self._look(candidates)
+            yield from self._look(candidates, first=None if size == SIZES[0] else CLOSE)
 
     def _undecided(self) -> list[Candidate]:
         """Return the candidates that are most likely to be better than the best candidate.
@@ -198,21 +200,27 @@ class Search:
         found = (each for each in self.examined.items() if each[0] not in self.robust and each[1] < least)
         return [each for each, _ in sorted(found, key=lambda each: each[::-1])[:LIKELY]]
 
-    def _look(self, candidates: list[Candidate], margin: float = MARGIN) -> Asks:
+    def _look(self, candidates: list[Candidate], margin: float = MARGIN, first: int | None = None) -> Asks:
         """Compute the values of candidates, at more frequencies for the candidates that may be near the best.
 
-        A candidate is computed further only while its value exceeds the least value by at most `margin`.
+        A candidate is computed further only while its value exceeds the least value by at most `margin`. The nominal
+        builds are compared first. If `first` is given, the corners are computed together with the nominal builds,
+        up to this accuracy level.
         """
-        yield from self.known(map(self.space.build, candidates), 0)
+        nominal = dict.fromkeys(map(self.space.build, candidates), 0)
+        if first is None:
+            yield from self._asked_at(nominal)
         if not self.robust and len(candidates) > 1:  # there is no best damper yet for comparison
             candidates = sorted(candidates, key=lambda each: (self.value(each), each))
             yield from self._look(candidates[:1])
             candidates = candidates[1:]
         left = candidates
-        for level in range(CLOSEST + 1):
-            bar = min((self.worth(each) for each in self.robust.values()), default=math.inf) + margin
-            left = [each for each in left if self.value(each) <= bar]
-            yield from self.known((build for each in left for build in self._deciding(each, level)), level)
+        for level in range(first or 0, CLOSEST + 1):
+            if level != first:
+                bar = min((self.worth(each) for each in self.robust.values()), default=math.inf) + margin
+                left = [each for each in left if self.value(each) <= bar]
+            deciding = {build: level for each in left for build in self._deciding(each, level)}
+            yield from self._asked_at(nominal | deciding)
         for each in left:
             self.robust[each] = self.judged(each)
         self.values |= {each: self.value(each) for each in candidates}
@@ -317,23 +325,27 @@ class Search:
         survey, at most `SURE`.
         """
         every = list(dict.fromkeys(builds))
-        at = tuple(amplitudes) or self.amplitudes
-        for stage in range(level + 1):
-            behind = [build for build in every if amplitudes or self._level.get(build, -1) < stage]
-            if stage == 0 and level > 0:
-                continue  # the survey includes the coarse look
-            if behind:
+        for stage in range(min(level, CLOSE), level + 1):  # the survey includes the coarse look
+            if amplitudes:
                 yield from self._asked(
-                    [one for build in behind for one in self._samples_of(build, stage, at)]
+                    [one for build in every for one in self._samples_of(build, stage, amplitudes)]
                 )
-                if not amplitudes:
-                    self._level.update(dict.fromkeys(behind, stage))
+            else:
+                yield from self._asked_at(dict.fromkeys(every, stage))
+
+    def _asked_at(self, levels: Mapping[Build, int]) -> Asks:
+        """Compute each build at an accuracy level, all in one round. The build is known at the level before."""
+        behind = {build: level for build, level in levels.items() if self._level.get(build, -1) < level}
+        if behind:
+            every = (self._samples_of(build, level, self.amplitudes) for build, level in behind.items())
+            yield from self._asked([one for each in every for one in each])
+            self._level |= behind
 
     def _asked(self, wanted: list[Wanted]) -> Asks:
-        """Yield the wanted points, or raise `BudgetSpent` if they exceed the cap."""
-        if self.book.spent + self.book.lacking(wanted) > self.cap:
+        """Yield the wanted points, or raise `BudgetSpent` if this search may not request so many points."""
+        if self.book.lacking(wanted) > self.room:
             raise BudgetSpent
-        yield wanted
+        self.room -= yield wanted
 
     def _tell_of(self, candidates: list[Candidate]) -> None:
         here = counted(len(self.examined.keys() | set(candidates)), "damper")

@@ -1,7 +1,6 @@
-"""Steps of a search, which request points. The steps after the search share the remaining budget."""
+"""Steps of a search, which request points. The parts after the search advance side by side and share the budget."""
 
 from collections.abc import Callable, Generator
-from math import inf
 from typing import TypeVar
 
 from damperlab.studies.definition import Study
@@ -9,8 +8,11 @@ from damperlab.studies.design.book import Book, BudgetSpent, Wanted
 from damperlab.studies.ground.suite import Suite
 
 T = TypeVar("T")
-Step = Generator[list[Wanted] | tuple[Study | Suite, ...], None, T]
-"""A step of a search: a generator that yields the points or the studies that it needs next."""
+Studies = tuple[Study | Suite, ...]
+Step = Generator[list[Wanted] | Studies, int, T]
+"""A step of a search: a generator that yields the points or the studies that it needs next, and receives the number of
+points of these studies.
+"""
 
 
 def within(step: Step[T], left_out: list[str], what: str) -> Step[T | None]:
@@ -22,18 +24,47 @@ def within(step: Step[T], left_out: list[str], what: str) -> Step[T | None]:
         return None
 
 
+def in_studies(book: Book, step: Step[T]) -> Generator[Studies, None, T]:
+    """Yield the studies that a step needs next, and return the result of the step.
+
+    The step receives `BudgetSpent` if its studies would have more points than the book has left, or if the caller
+    refuses the studies by throwing `BudgetSpent`.
+    """
+    try:
+        wanted = next(step)
+        while True:
+            studies = wanted if isinstance(wanted, tuple) else book.studies(wanted)
+            points = points_of(studies)
+            try:
+                if points > book.left:
+                    raise BudgetSpent
+                if studies:
+                    yield studies
+            except BudgetSpent as spent:
+                wanted = step.throw(spent)
+            else:
+                wanted = step.send(points)
+    except StopIteration as end:
+        result: T = end.value
+        return result
+
+
+def points_of(studies: Studies) -> int:
+    """Return the number of points of studies."""
+    return sum(study.points for study in studies)
+
+
 Part = Callable[[int], Step[bool]]
-"""A part of a search: a function that receives the largest number of points in the book, and returns whether this
-number was sufficient.
+"""A part of a search: a function that receives its largest number of points, and returns whether this number was
+sufficient.
 """
 
 
 def share_out(book: Book, parts: dict[str, Part]) -> Step[list[str]]:
-    """Carry out parts of a search, each with an equal share of the remaining budget.
+    """Carry out parts of a search side by side, each with an equal share of the remaining budget.
 
-    The part whose first step needs the fewest points comes first. Points that a part does not need are shared
-    by the later parts. The parts that ran out of points are then repeated in the same order, each with all
-    points that are left. Points that are already computed cost nothing.
+    The parts that ran out of points are then repeated one after the other, each with all points that are left. Points
+    that are already computed cost nothing.
 
     Parameters
     ----------
@@ -47,36 +78,47 @@ def share_out(book: Book, parts: dict[str, Part]) -> Step[list[str]]:
     list of str
         Names of the incomplete parts.
     """
-    names = sorted(parts, key=lambda name: _first_cost(book, parts[name]))
-    cut = []
-    for place, name in enumerate(names):
-        share = book.left // (len(names) - place)
-        if not (yield from _whole(book, name, parts[name], book.spent + share)):
-            cut.append(name)
-    left_out = list(cut)
-    for name in cut:
-        if (yield from _whole(book, name, parts[name], book.budget)):
+    left_out = yield from _side_by_side(book, parts)
+    for name in list(left_out):
+        if not (yield from _side_by_side(book, {name: parts[name]})):
             left_out.remove(name)
     return left_out
 
 
-def _whole(book: Book, name: str, part: Part, most: int) -> Step[bool]:
-    book.stage = name
-    try:
-        return (yield from part(most))
-    except BudgetSpent:
-        return False
+def _side_by_side(book: Book, parts: dict[str, Part]) -> Step[list[str]]:
+    """Carry out parts together: in each round, the next studies of all parts are requested.
 
+    A part that would exceed its share waits. When all parts wait, the one that needs the fewest points continues with
+    the points that other parts have left.
+    """
+    share = book.left // max(len(parts), 1)
+    left = dict.fromkeys(parts, share)
+    going = {name: in_studies(book, part(share)) for name, part in parts.items()}
+    waiting: dict[str, Studies] = {}
+    whole: dict[str, bool] = {}
 
-def _first_cost(book: Book, part: Part) -> float:
-    """Return the number of points that a part computes in its first step."""
-    steps = part(book.budget)
-    try:
-        wanted = next(steps)
-    except StopIteration:
-        return 0
-    except BudgetSpent:
-        return inf
-    finally:
-        steps.close()
-    return sum(each.points for each in wanted) if isinstance(wanted, tuple) else book.lacking(wanted)
+    def resume(name: str, *error: BudgetSpent) -> None:
+        try:
+            waiting[name] = going[name].throw(*error) if error else next(going[name])
+        except StopIteration as end:
+            whole[name] = end.value
+        except BudgetSpent:
+            whole[name] = False
+
+    while True:
+        for name in [name for name in going if name not in waiting and name not in whole]:
+            resume(name)
+        if not waiting:
+            return [name for name in parts if not whole[name]]
+        points = {name: points_of(waiting[name]) for name in parts if name in waiting}
+        chosen = [name for name in points if points[name] <= left[name]]
+        if not chosen or sum(points[name] for name in chosen) > book.left:
+            chosen = [min(points, key=lambda name: points[name])]
+        if points[chosen[0]] > book.left:
+            del waiting[chosen[0]]
+            resume(chosen[0], BudgetSpent())
+            continue
+        book.stage = ", ".join(chosen)
+        for name in chosen:
+            left[name] -= points[name]
+        yield tuple({study.digest: study for name in chosen for study in waiting.pop(name)}.values())

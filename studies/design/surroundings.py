@@ -6,7 +6,7 @@ from dataclasses import dataclass, field
 
 from damperlab.studies.design.alternatives import CALLED, LACKS, Alternative, alternative
 from damperlab.studies.design.build import Build
-from damperlab.studies.design.front import OfMass, beside_particle_alone, front_of, masses_of
+from damperlab.studies.design.front import OfMass, beside_particle_alone, follow, masses_of
 from damperlab.studies.design.margins import MOVED, Margin, margins_of
 from damperlab.studies.design.score import Score
 from damperlab.studies.design.search import CLOSE, Search
@@ -15,6 +15,7 @@ from damperlab.studies.design.steps import Part, Step, share_out
 from damperlab.studies.specification.excitation import Amplitude
 
 OF_MASS = "response against mass"
+HEAVIER, LIGHTER = f"{OF_MASS}, heavier", f"{OF_MASS}, lighter"
 
 
 @dataclass
@@ -51,16 +52,22 @@ class Surroundings:
         parts: dict[str, Part] = {f"the best of {CALLED[name]}": self._alternative(name) for name in LACKS}
         parts[MOVED] = self._margins
         masses = masses_of(self.search.asked, self.build) if self._has_mass else []
+        of_mass: dict[float, tuple[OfMass, Candidate]] = {}
         if masses:
-            parts[OF_MASS] = self._front
+            own = masses.index(self.build.particle_mass_kg)
+            parts[HEAVIER] = self._path(masses[own:], of_mass)
+            parts[LIGHTER] = self._path(masses[:own][::-1], of_mass)
         if self.shown:
             parts["amplitudes beyond the range"] = self._shown
+        self.search.room = self.search.book.left
         left_out = yield from share_out(self.search.book, parts)
-        self.search.cap = self.search.book.budget
-        self.front = beside_particle_alone(self.front, self.search, self.alternatives.get("particle_alone"))
-        if OF_MASS in left_out and self.front:
-            missing = len(masses) - len(self.front)
-            left_out[left_out.index(OF_MASS)] = f"{OF_MASS} for {missing} of {len(masses)} masses"
+        self.search.room = self.search.book.left
+        front = tuple(of_mass[mass][0] for mass in sorted(of_mass))
+        self.front = beside_particle_alone(front, self.search, self.alternatives.get("particle_alone"))
+        left_out = [each for each in left_out if each not in (HEAVIER, LIGHTER)]
+        if len(front) < len(masses):
+            missing = f" for {len(masses) - len(front)} of {len(masses)} masses" if front else ""
+            left_out.append(OF_MASS + missing)
         found = {f"the best of {CALLED[name]}" for name in self.alternatives}
         return [f"the rest of the search for {each}" if each in found else each for each in left_out]
 
@@ -77,16 +84,13 @@ class Surroundings:
 
         return part
 
-    def _margins(self, most: int) -> Step[bool]:
-        self.search.cap = most
+    def _margins(self, _: int) -> Step[bool]:
         self.margins = yield from margins_of(self.search, self.build, self.stated)
         return True
 
-    def _front(self, most: int) -> Step[bool]:
-        self.front = yield from front_of(self.search, self.best, most)
-        return len(self.front) == len(masses_of(self.search.asked, self.build))
+    def _path(self, masses: list[float], found: dict[float, tuple[OfMass, Candidate]]) -> Part:
+        return lambda _: follow(self.search, self.best, masses, found)
 
-    def _shown(self, most: int) -> Step[bool]:
-        self.search.cap = most
+    def _shown(self, _: int) -> Step[bool]:
         yield from self.search.known([self.build], CLOSE, self.shown)
         return True

@@ -48,9 +48,9 @@ class Overlaps:
     def __init__(self, store: Store, record: Record, boxes: "Boxes | None" = None) -> None:
         self._store = store
         self._studies: list[_Overlap] = []
-        if record.reuse:
+        boxes = boxes or (Boxes(store, record) if record.reuse else None)
+        if boxes is not None and not boxes.empty:
             study = parse_stored(record.definition, record.digest)
-            boxes = boxes or Boxes(store, record)
             near = boxes.near(record, box_of(study))
             overlaps = (_overlap(study, other, boxes.study(other)) for other in near)
             self._studies = [overlap for overlap in overlaps if overlap is not None]
@@ -116,10 +116,13 @@ class Boxes:
         self._read: dict[str, AnyStudy] = {}
         self._boxes = np.array(list(boxes.values()), np.float64)
 
+    @property
+    def empty(self) -> bool:
+        """Whether the family has no other study with results."""
+        return not self._numbers
+
     def near(self, record: Record, box: list[list[float]]) -> Iterator[Record]:
         """Yield the other studies of the family whose bounding boxes overlap `box`, the bounding box of `record`."""
-        if not self._numbers:
-            return
         low, high = np.array(box, np.float64).reshape(len(box), 2).T
         near = np.flatnonzero(np.all((self._boxes[..., 0] <= high) & (self._boxes[..., 1] >= low), axis=1))
         numbers = [self._numbers[int(place)] for place in near]

@@ -19,6 +19,7 @@ from damperlab.studies.definition import parse_study
 from damperlab.studies.design.book import Book
 from damperlab.studies.design.found import Found
 from damperlab.studies.design.search import Search
+from damperlab.studies.design.steps import in_studies
 from damperlab.studies.specification.reading import parse_specification
 
 SIDE, FREQUENCIES = 21, 121
@@ -131,8 +132,8 @@ def searched(document: dict[str, Any]) -> int:
     """Count the points that the search alone takes: without other dampers, masses, amplitudes and starts beside its answer."""
     asked = parse_specification(document)
     search = Search(asked, Book(asked, BUDGET))
-    for wanted in search.run():
-        search.book.add(solved(study) for study in search.book.studies(wanted))
+    for studies in in_studies(search.book, search.run()):
+        search.book.add(map(solved, studies))
     return search.book.spent
 
 

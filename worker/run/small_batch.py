@@ -30,16 +30,17 @@ AT_ONCE = 16
 """Largest number of studies in a batch. If the process is killed, at most this many studies must be computed again."""
 
 A_TASK = 8
-"""Number of studies in one task."""
+"""Number of blocks in one task."""
 POLL_SECONDS = 0.05
 """Interval between checks whether the tasks have ended [s]."""
 
 
-def compute_together(store: Store, ids: Sequence[str], stop: Callable[[], bool]) -> None:
-    """Compute new studies of one block each in this process, as many at the same time as there are cores.
+def compute_together(store: Store, ids: Sequence[str], stop: Callable[[], bool]) -> set[str]:
+    """Compute new studies in this process, as many blocks at the same time as there are cores.
 
-    The kernels that the studies need must be compiled already. If `stop` returns True, no further study starts. A study
-    whose block fails is queued again, for a separate run.
+    The kernels that the studies need must be compiled already. If `stop` returns True, no further block starts. A study
+    of which a block fails is queued again, for a separate run. The function returns the ids of the studies that are
+    done.
     """
     identity = computing()["identity"]
     with _hold(store, ids, identity) as (owner, records):
@@ -48,9 +49,8 @@ def compute_together(store: Store, ids: Sequence[str], stop: Callable[[], bool])
             return None if stop() else _attempted(task)
 
         with ThreadPoolExecutor(core_count(), "block") as threads:
-            outcomes = threads.map(attempt, _tasks_of(store, records, identity))
-            done = {record.id: end for record, end in zip(records, outcomes, strict=True) if end is not None}
-        store.finish_all(owner, done)
+            outcomes = list(threads.map(attempt, _tasks_of(store, records, identity)))
+        return store.finish_all(owner, _complete(records, outcomes))
 
 
 def compute_together_on_cluster(
@@ -59,7 +59,7 @@ def compute_together_on_cluster(
     client_factory: "Callable[[], AbstractContextManager[Client]]",
     stop: threading.Event,
 ) -> list[str]:
-    """Compute new studies of one block each on a cluster.
+    """Compute new studies on a cluster.
 
     The wait for results ends when another thread sets `stop`. The function returns the ids of the studies that need a
     separate run, for example because kernels must be compiled or the block failed.
@@ -89,7 +89,7 @@ def compute_together_on_cluster(
             finally:
                 with suppress(Outage), asking_the_cluster(client):
                     client.cancel(futures)
-            done = {record.id: end for record, end in zip(records, outcomes, strict=False) if end is not None}
+            done = _complete(records, outcomes)
             store.finish_all(owner, done)
     return [study_id for study_id in ids if study_id not in done]
 
@@ -106,19 +106,38 @@ def _hold(store: Store, ids: Sequence[str], identity: str) -> Iterator[tuple[str
         yield owner, store.claim_all(ids, owner, identity)
 
 
+def _complete(
+    records: Sequence[Record], outcomes: Sequence[BlockOutcome | None]
+) -> dict[str, list[BlockOutcome]]:
+    """Return the outcomes of the studies all of whose blocks succeeded, by the id of the study.
+
+    `outcomes` has an entry for each block, in the order of the tasks; None for a failed block.
+    """
+    found: dict[str, list[BlockOutcome]] = {}
+    place = 0
+    for record in records:
+        ends = [end for end in outcomes[place : place + record.blocks_total] if end is not None]
+        if len(ends) == record.blocks_total:
+            found[record.id] = ends
+        place += record.blocks_total
+    return found
+
+
 def _tasks_of(store: Store, records: Sequence[Record], identity: str) -> list[tuple[Any, ...]]:
-    """Return the arguments of `run_block` for each study."""
+    """Return the arguments of `run_block` for each block, study by study."""
     boxes: dict[str, Boxes] = {}
     tasks: list[tuple[Any, ...]] = []
     for record in records:
         study = parse_stored(record.definition, record.digest)
-        block = plan_with_chunk(study, record.chunk, seconds_per_point).block(0)
+        plan = plan_with_chunk(study, record.chunk, seconds_per_point)
         family = repr(study.settings())
         if record.reuse and family not in boxes:
             boxes[family] = Boxes(store, record)
-        sources = Overlaps(store, record, boxes.get(family)).of(block)
+        overlaps = Overlaps(store, record, boxes.get(family))
         path = store.cube_path(record.id)
-        tasks.append((path, record.digest, block, code_hash(), uuid.uuid4().hex[:12], sources, identity))
+        for block in map(plan.block, range(plan.count)):
+            generation, sources = uuid.uuid4().hex[:12], overlaps.of(block)
+            tasks.append((path, record.digest, block, code_hash(), generation, sources, identity))
     return tasks
 
 

@@ -43,6 +43,17 @@ def alive_row(connection: Connection, study_id: str) -> Row[Any] | None:
     return row
 
 
+def alive_rows(connection: Connection, ids: Iterable[str]) -> list[Row[Any]]:
+    """Return the rows of the studies with these complete ids, in the order of the ids; missing studies are left out."""
+    found: dict[str, Row[Any]] = {}
+    every = list(ids)
+    for some in pieces(every):
+        for row in connection.execute(select(studies).where(studies.c.id.in_(some), ALIVE)):
+            require_row(studies, row, row.id)
+            found[row.id] = row
+    return [found[each] for each in every if each in found]
+
+
 def study_row(connection: Connection, study_id: str) -> Row[Any]:
     """Return the row of the study with this complete id; raise `StudyNotFound` if there is no such study."""
     row = alive_row(connection, study_id)
@@ -54,6 +65,12 @@ def study_row(connection: Connection, study_id: str) -> Row[Any]:
 def change_study(connection: Connection, number: int, change: Mapping[str, Any]) -> None:
     """Write new values into the row of a study, by column."""
     connection.execute(update(studies).where(studies.c.number == number).values(change))
+
+
+def change_studies(connection: Connection, rows: Iterable[Row[Any]], change: Mapping[str, Any]) -> None:
+    """Write the same new values into the rows of several studies, by column."""
+    for some in pieces(row.number for row in rows):
+        connection.execute(update(studies).where(studies.c.number.in_(some)).values(change))
 
 
 def last_number(connection: Connection) -> int:
@@ -271,6 +288,14 @@ def pieces(items: Iterable[Item]) -> Iterator[list[Item]]:
 def log_event(connection: Connection, study_id: str, what: str) -> None:
     """Add an event to a study's log."""
     connection.execute(insert(events).values(study=study_id, at=time.time(), what=what))
+
+
+def log_events(connection: Connection, whats: Mapping[str, str]) -> None:
+    """Add an event to the log of each study, by id."""
+    now = time.time()
+    if whats:
+        rows = [{"study": study_id, "at": now, "what": what} for study_id, what in whats.items()]
+        connection.execute(insert(events), rows)
 
 
 def last_event(connection: Connection, study_id: str) -> float | None:

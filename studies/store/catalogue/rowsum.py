@@ -37,19 +37,31 @@ _AT_ONCE = 1000
 
 def row_sum(table: Table, row: Row[Any]) -> int:
     """Return the checksum of a row: the CRC-32C of the columns whose values differ from the defaults."""
-    told = [
-        (column.name, _plain(column, row._mapping[column.name]), default) for column, default in _told(table)
-    ]
+    values = row._mapping
     # defaults are left out, so that a new column does not change the checksums of existing rows
-    kept = [(name, value) for name, value, default in told if value is not None and value != default]
+    kept = [
+        (name, plain)
+        for name, kind, default in _told(table)
+        if (value := values[name]) is not None and (plain := _plain(kind, value)) != default
+    ]
     return int(google_crc32c.value(repr(kept).encode()))
 
 
 @cache
-def _told(table: Table) -> tuple[tuple[Column[Any], Any], ...]:
+def _told(table: Table) -> tuple[tuple[str, type, Any], ...]:
+    """Return name, type and default of each column of a table that its checksums contain."""
     return tuple(
-        (column, getattr(column.default, "arg", None)) for column in table.c if column.name not in _LEFT_OUT
+        (column.name, _kind(column), getattr(column.default, "arg", None))
+        for column in table.c
+        if column.name not in _LEFT_OUT
     )
+
+
+def _kind(column: Column[Any]) -> type:
+    """Return the type whose values every database returns for a column."""
+    if isinstance(column.type, Float):
+        return float
+    return int if isinstance(column.type, Boolean | Integer) else str
 
 
 def is_sound(table: Table, row: Row[Any]) -> bool:
@@ -127,17 +139,8 @@ def _seal(connection: Connection, table: Table) -> None:
         )
 
 
-def _plain(column: Column[Any], value: Any) -> Any:
+def _plain(kind: type, value: Any) -> Any:
     """Convert a value to the form that every database returns."""
-    if value is None:
-        return None
-    kind = (
-        float
-        if isinstance(column.type, Float)
-        else int
-        if isinstance(column.type, Boolean | Integer)
-        else str
-    )
     try:
         plain = kind(value)
     except (TypeError, ValueError):

@@ -89,14 +89,17 @@ def read_outer(
     ndarray
         The values that Zarr returns for `array.oindex[key]`.
     """
-    points = [
-        np.arange(extent)[index] if isinstance(index, slice) else np.atleast_1d(np.asarray(index))
-        for index, extent in zip(key, array.shape, strict=True)
-    ]
-    values = np.full([p.size for p in points], array.fill, array.dtype)
     # for each dimension and each needed chunk: index of the chunk, place in the result, and part of the chunk
     touched: list[list[tuple[int, Any, Any]]] = []
-    for wanted, extent, step in zip(points, array.shape, array.chunks, strict=True):
+    sizes: list[int] = []
+    for index, extent, step in zip(key, array.shape, array.chunks, strict=True):
+        if isinstance(index, slice) and index.step in (None, 1):
+            start, stop, _ = index.indices(extent)
+            sizes.append(max(stop - start, 0))
+            touched.append(list(_parts_of_range(start, stop, step)))
+            continue
+        wanted = np.arange(extent)[index] if isinstance(index, slice) else np.atleast_1d(np.asarray(index))
+        sizes.append(wanted.size)
         wanted = np.where(wanted < 0, wanted + extent, wanted)
         home, inside = wanted // step, wanted % step
         parts: list[tuple[int, Any, Any]] = []
@@ -104,6 +107,7 @@ def read_outer(
             to = np.flatnonzero(home == place)
             parts.append((place, _compact(to), _compact(inside[to])))
         touched.append(parts)
+    values = np.full(sizes, array.fill, array.dtype)
     # numpy indexes each dimension separately only if at most one index is an array
     paired = (
         sum(any(not isinstance(to, slice) or not isinstance(t, slice) for _, to, t in p) for p in touched) > 1
@@ -115,6 +119,13 @@ def read_outer(
             values[into] = found[taken]
     kept = tuple(0 if isinstance(index, int | np.integer) else slice(None) for index in key)
     return np.asarray(values[kept])
+
+
+def _parts_of_range(start: int, stop: int, step: int) -> Iterator[tuple[int, slice, slice]]:
+    """Yield the chunks of length `step` that a range of indices needs, as `read_outer` lists them."""
+    for place in range(start // step, -(-stop // step)):
+        first, last = max(start, place * step), min(stop, (place + 1) * step)
+        yield place, slice(first - start, last - start), slice(first - place * step, last - place * step)
 
 
 def _found(

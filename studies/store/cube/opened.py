@@ -14,6 +14,7 @@ from xarray.core.indexing import (
     explicit_indexing_adapter,
 )
 
+from damperlab.studies.amplitudes import AMPLITUDE
 from damperlab.studies.conventions import of_variable_in_units
 from damperlab.studies.store.cube.block_file import Marks, block_key, read_part
 from damperlab.studies.store.cube.coding import StoredArray
@@ -63,10 +64,12 @@ def open_cube(shelf: Shelf, marks: Marks) -> xr.Dataset:
             attributes["flag_values"] = np.asarray(attributes["flag_values"], array.dtype)
         lazy = LazilyIndexedArray(CheckedArray(shelf, described, array, marks))
         variables[name] = xr.Variable(described.dimensions, lazy, attributes, {"chunks": array.chunks})
-    variables |= _along_amplitudes(described, shelf, marks, variables)
+    if AMPLITUDE in described.coordinates:
+        variables |= _along_amplitudes(described, shelf, marks, variables)
     complete = "yes" if len(marks) == int(np.prod(described.grid)) else "no"
     cube = xr.Dataset(variables, attrs={**described.attributes, "complete": complete})
-    return cube.assign_coords(ratios_beside(cube))
+    beside = ratios_beside(cube)
+    return cube.assign_coords(beside) if beside else cube
 
 
 def _along_amplitudes(

@@ -1,6 +1,6 @@
 """Claims on studies. Only the owner of a claim works on the study, and a claim ends if the owner does not renew it.
 
-Studies that have only one block are processed together: one transaction claims, marks or ends many studies.
+Small studies are processed together: one transaction claims, marks or ends many studies.
 """
 
 import json
@@ -13,7 +13,14 @@ from typing import Any
 
 from sqlalchemy import Connection, Row, select, update
 
-from damperlab.studies.store.catalogue.rows import ALIVE, alive_row, change_study, claim_owner
+from damperlab.studies.store.catalogue.rows import (
+    ALIVE,
+    alive_row,
+    alive_rows,
+    change_study,
+    claim_owner,
+    record_of,
+)
 from damperlab.studies.store.catalogue.tables import WAITING, studies
 from damperlab.studies.store.faults import StoreFault, StudyNotFound
 from damperlab.studies.store.files.shelf import AT_ONCE
@@ -150,19 +157,20 @@ class Claims(Blocks):
         `identity` identifies the owner's solver and processor; see `damperlab.studies.store.solver.identity_of`. A
         study with another recorded identity is skipped.
         """
-        taken = []
         with self.catalogue.writing() as connection:
-            for study_id in ids:
-                row = alive_row(connection, study_id)
-                if row is None or row.state != "queued" or row.started is not None or self._holds(row):
-                    continue
-                if json.loads(row.provenance).get("identity") != identity:
-                    continue
-                change_study(connection, row.number, claimed(owner))
-                taken.append(
-                    self._change_state(connection, study_id, "running", only_from=("queued",), owner=owner)
-                )
-        return taken
+            taken = [
+                row
+                for row in alive_rows(connection, ids)
+                if row.state == "queued"
+                and row.started is None
+                and not self._holds(row)
+                and json.loads(row.provenance).get("identity") == identity
+            ]
+            now = time.time()
+            began = {"started": now, "finished": None, "run_began": now, "run_points": studies.c.points_done}
+            change = {**claimed(owner), **began, "last_mark": None}
+            self._change_states(connection, taken, "running", change)
+            return [record_of(row) for row in alive_rows(connection, [row.id for row in taken])]
 
     def renew_all(self, owner: str) -> None:
         """Renew every claim of an owner."""
@@ -170,23 +178,27 @@ class Claims(Blocks):
         with self.catalogue.writing() as connection:
             connection.execute(change.values(claimed(owner)))
 
-    def finish_all(self, owner: str, outcomes: Mapping[str, BlockOutcome]) -> None:
-        """Set the done-mark of each study's only block. End each study whose done-mark is also in its cube."""
+    def finish_all(self, owner: str, outcomes: Mapping[str, Sequence[BlockOutcome]]) -> set[str]:
+        """Set the done-marks of all blocks of each study, and end each study whose cube contains the marks.
+
+        The method returns the ids of the ended studies.
+        """
         with self.catalogue.writing() as connection:
             marked = [
-                each for each, outcome in outcomes.items() if self._mark_one(connection, each, outcome, owner)
+                each for each, ends in outcomes.items() if self._mark_all(connection, each, ends, owner)
             ]
         now = time.time()
         with ThreadPoolExecutor(AT_ONCE) as pool:
             kept = list(pool.map(lambda study_id: self._kept(study_id, now), marked))
+        good = [study_id for study_id, kept_now in zip(marked, kept, strict=True) if kept_now]
         with self.catalogue.writing() as connection:
-            for study_id, good in zip(marked, kept, strict=True):
-                row = alive_row(connection, study_id)
-                if good and row is not None and row.claim_owner == owner:
-                    self._change_state(
-                        connection, study_id, "done", only_from=("running",), owner=owner, now=now
-                    )
-                    change_study(connection, row.number, UNCLAIMED)
+            ours = [
+                row
+                for row in alive_rows(connection, good)
+                if row.claim_owner == owner and row.state == "running"
+            ]
+            self._change_states(connection, ours, "done", {**UNCLAIMED, "finished": now})
+        return {row.id for row in ours}
 
     def release_all(self, owner: str) -> None:
         """Queue the running studies of an owner again, and release all claims of the owner."""
@@ -197,9 +209,11 @@ class Claims(Blocks):
                 self._change_state(connection, row.id, "queued", only_from=("running",), owner=owner)
                 change_study(connection, row.number, UNCLAIMED)
 
-    def _mark_one(self, connection: Connection, study_id: str, outcome: BlockOutcome, owner: str) -> bool:
+    def _mark_all(
+        self, connection: Connection, study_id: str, outcomes: Sequence[BlockOutcome], owner: str
+    ) -> bool:
         try:
-            return self._mark(connection, study_id, [outcome], owner)
+            return self._mark(connection, study_id, outcomes, owner)
         except StudyNotFound:
             return False  # the study was deleted meanwhile
 

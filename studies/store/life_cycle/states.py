@@ -5,7 +5,7 @@ The state, the done-marks and the remarks of an ended study are also stored in i
 
 import json
 import time
-from collections.abc import Callable, Mapping
+from collections.abc import Callable, Mapping, Sequence
 from contextlib import suppress
 from typing import Any
 
@@ -14,7 +14,15 @@ from sqlalchemy import Connection, Row, delete, select, update
 from damperlab.studies.digest import family_digest
 from damperlab.studies.remarks import Remarks
 from damperlab.studies.store.catalogue.quota import Ledger
-from damperlab.studies.store.catalogue.rows import ALIVE, change_study, log_event, record_of, study_row
+from damperlab.studies.store.catalogue.rows import (
+    ALIVE,
+    change_studies,
+    change_study,
+    log_event,
+    log_events,
+    record_of,
+    study_row,
+)
 from damperlab.studies.store.catalogue.tables import facts, studies
 from damperlab.studies.store.cube.definition import parse_stored
 from damperlab.studies.store.cube.description import first_pieces
@@ -122,6 +130,13 @@ class States(Lookup):
         if row.state != state:
             log_event(connection, study_id, f"{row.state} to {state}" + (f": {message}" if message else ""))
         return record_of(study_row(connection, study_id))
+
+    def _change_states(
+        self, connection: Connection, rows: Sequence[Row[Any]], state: str, change: Mapping[str, Any]
+    ) -> None:
+        """Set the state and other columns of several studies, and log the change of each state."""
+        change_studies(connection, rows, {"state": state, **_phase(None), **change})
+        log_events(connection, {row.id: f"{row.state} to {state}" for row in rows})
 
     def _require_turn(self, connection: Connection, row: Row[Any]) -> None:
         """Raise `TooManyUnfinished` if the study has ended, and queuing it again would exceed the limit of waiting and

@@ -19,6 +19,7 @@ from damperlab.studies.design.optimisers import SIZES, Effort, best_apart, desce
 from damperlab.studies.design.score import Score
 from damperlab.studies.design.search import Search
 from damperlab.studies.design.space import Candidate, Space
+from damperlab.studies.design.steps import in_studies
 from damperlab.studies.specification.reading import parse_specification
 
 FREE = {
@@ -171,8 +172,8 @@ def test_every_damper_that_may_be_better_than_the_best_was_examined_closely() ->
     """A coarse look gives a lower bound, so the best is the best of all only if no bound is below its value."""
     asked = parse_specification(chosen(clearance_m=FREE["clearance_m"]))
     search = Search(asked, Book(asked, 20_000))
-    for wanted in search.run():
-        search.book.add(map(solved, search.book.studies(wanted)))
+    for studies in in_studies(search.book, search.run()):
+        search.book.add(map(solved, studies))
     assert search.ended == "converged"
     bar = search.worth(search.robust[search.best()])
     bounds = [value for each, value in search.examined.items() if each not in search.robust]
@@ -186,8 +187,7 @@ def test_a_search_keeps_to_its_points_and_asks_for_the_same_again() -> None:
     best = []
     for _ in range(2):
         search = Search(asked, Book(asked, 3000))
-        for wanted in search.run():
-            studies = search.book.studies(wanted)
+        for studies in in_studies(search.book, search.run()):
             assert not best or all(study.digest in cubes for study in studies)
             cubes |= {study.digest: solved(study) for study in studies if study.digest not in cubes}
             search.book.add(cubes[study.digest] for study in studies)
@@ -216,6 +216,6 @@ def test_a_narrow_peak_where_impacts_set_in_is_found() -> None:
         }
     )
     search = Search(asked, Book(asked, 20_000))
-    for wanted in search.run():
-        search.book.add(map(solved, search.book.studies(wanted)))
+    for studies in in_studies(search.book, search.run()):
+        search.book.add(map(solved, studies))
     assert search.robust[search.best()].value == pytest.approx(0.0373, rel=0.01)
