@@ -321,7 +321,7 @@ class Search:
         for stage in range(level + 1):
             behind = [build for build in every if amplitudes or self._level.get(build, -1) < stage]
             if stage == 0 and level > 0:
-                continue  # the survey includes the coarse look
+                continue  # the survey includes the coarse computation
             if behind:
                 yield from self._asked(
                     [one for build in behind for one in self._samples_of(build, stage, at)]
