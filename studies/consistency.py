@@ -251,7 +251,7 @@ def _given_twice(given: Mapping[str, Any], made: list[Derivation]) -> Iterator[F
 
 
 def _kept_as_ratio(given: Mapping[str, Any], physical: Mapping[str, Any], particle: bool) -> Iterator[Fault]:
-    """Refuse ratios in place of a friction force or a clearance, if the base amplitude is an axis."""
+    """If the base amplitude is an axis, refuse a ratio that is given in place of a friction force or a clearance."""
     for source, ratio in RATIOS_OF.items():
         if source in physical or (ratio in OF_PARTICLE and not particle):
             continue

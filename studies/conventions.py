@@ -61,7 +61,7 @@ def of_variable(name: str, stored: Collection[str]) -> dict[str, str]:
 
 
 def of_variable_in_units(attributes: Mapping[str, Any]) -> dict[str, str]:
-    """Return the CF attributes of a result in SI units, from the attributes of the same result as a ratio."""
+    """Derive the CF attributes of a result in SI units from the attributes of the same result as a ratio."""
     kept = {
         name: str(attributes[name]) for name in ("ancillary_variables", "cell_methods") if name in attributes
     }

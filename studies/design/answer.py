@@ -106,7 +106,7 @@ class NoDamper(TypedDict):
 
 
 class BestOfMass(KnownDesign):
-    """The best damper found for a mass, and the worst cases of other dampers of this mass."""
+    """The best damper found with a particle of one mass, and the worst cases of other dampers with this mass."""
 
     particle_mass_kg: NotRequired[Number]
     mass_ratio: NotRequired[Number]
@@ -248,7 +248,7 @@ def answer_document(found: Found) -> DesignAnswer:
 
 
 def known_document(asked: Specification, judged: tuple[Build, Score]) -> KnownDesign:
-    """Return a damper with its worst case, for example the best damper so far, as a document."""
+    """Return a damper and its worst case as a document, for example those of the best damper so far."""
     build, score = judged
     return {
         "design": design_document(build, asked),
@@ -402,7 +402,7 @@ def _absorber(found: Found) -> BesideAbsorber | None:
 
 
 def _of_mass(found: Found, one: OfMass) -> BestOfMass:
-    """Return, as a document, the best damper found for a mass."""
+    """Return, as a document, the best damper found with a particle of one mass."""
     best: BestOfMass = {
         "design": design_document(one.build, found.asked),
         "worst": worst_document(found.asked, one.score),

@@ -46,7 +46,7 @@ class Ask:
     spent, budget : int
         Number of known points, and largest number of points.
     ahead : (Build, Score) or None
-        The best damper so far, and its known worst case without tolerances; None before the first look.
+        The best damper so far, and its known worst case without tolerances; None before the first dampers are computed.
     """
 
     studies: Studies

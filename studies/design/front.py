@@ -215,7 +215,7 @@ def _around(space: Space, centre: Candidate, step: float) -> set[Candidate]:
 
 
 def _pool(search: Search, mass: float) -> set[Candidate]:
-    """Return the `POOL` best nominal dampers of a mass that the search examined, as candidates without the mass."""
+    """Return, as candidates without the mass, the `POOL` best nominal dampers of one mass among the examined dampers."""
     same = (each for each in search.examined if search.space.build(each).particle_mass_kg == mass)
     ranked = sorted(same, key=lambda each: (*search.score(search.space.build(each)).rank, each))
     return {_others(search, each) for each in ranked[:POOL]}

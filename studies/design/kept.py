@@ -89,7 +89,7 @@ class Round:
     studies : tuple of str
         Ids of the studies.
     known : dict or None
-        The best damper so far with its worst case without tolerances; None before the first look.
+        The best damper so far with its worst case without tolerances; None before the first dampers are computed.
     started : str
         Time at which the search began, in ISO 8601, UTC.
     message : str or None

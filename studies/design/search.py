@@ -325,7 +325,7 @@ class Search:
         survey, at most `SURE`.
         """
         every = list(dict.fromkeys(builds))
-        for stage in range(min(level, CLOSE), level + 1):  # the survey includes the coarse look
+        for stage in range(min(level, CLOSE), level + 1):  # the survey includes the coarse computation
             if amplitudes:
                 yield from self._asked(
                     [one for build in every for one in self._samples_of(build, stage, amplitudes)]

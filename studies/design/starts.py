@@ -125,7 +125,7 @@ class Starts:
 
 
 def started(search: Search, build: Build, over: Score) -> Step[None]:
-    """Compute the nominal damper from several starts; `over` is its worst case over the bands."""
+    """Compute the nominal damper from several starts; `over` is the damper's worst case over the bands."""
     largest = binding(search.asked, over).largest
     at = (*search.sample(build, largest, False), build.own(over.frequency_ratio))
     yield search.book.from_starts(Wanted(build, largest, tuple(sorted(set(at)))))

@@ -97,9 +97,9 @@ def _side_by_side(book: Book, parts: dict[str, Part]) -> Step[list[str]]:
     waiting: dict[str, Studies] = {}
     whole: dict[str, bool] = {}
 
-    def resume(name: str, *error: BudgetSpent) -> None:
+    def resume(name: str, error: BudgetSpent | None = None) -> None:
         try:
-            waiting[name] = going[name].throw(*error) if error else next(going[name])
+            waiting[name] = going[name].throw(error) if error else next(going[name])
         except StopIteration as end:
             whole[name] = end.value
         except BudgetSpent:

@@ -212,7 +212,7 @@ def _own(catalogue: Catalogue, data_dir: Path, address: str | None) -> Shelf:
 
 @dataclass(frozen=True)
 class _Cube:
-    """The data in a cube from which the study's rows in the catalogue are made."""
+    """The data in a cube from which `rebuild` makes the study's rows in the catalogue."""
 
     described: Description
     study: AnyStudy

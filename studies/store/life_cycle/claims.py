@@ -67,9 +67,9 @@ class Waiting:
 class Claims(Blocks):
     """The claims on the studies of a store.
 
-    A claim ends when the wall clock has passed its expiry time, or when this process has seen no renewal for
-    `CLAIM_SECONDS`. The second rule ends the claim of a dead owner even if the wall clock is set back. If
-    another owner then claims the study, `mark` refuses the results of the first owner.
+    A claim ends when the wall clock has passed the claim's expiry time, or when this process has seen no renewal for
+    `CLAIM_SECONDS`. The second rule ends the claim of a dead owner even if the wall clock is set back. If another owner
+    then claims the study, `mark` refuses the results of the first owner.
     """
 
     def claim(self, study_id: str, owner: str) -> bool:
