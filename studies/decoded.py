@@ -10,7 +10,12 @@ _PACKED = (b"PK\x03\x04", b"\x1f\x8b", b"BZh", b"\xfd7zXZ")
 _OLD_WORKBOOK = b"\xd0\xcf\x11\xe0"
 _WORKBOOKS = (b"[Content_Types].xml", b"opendocument")
 _MARKS = (b"\xff\xfe", b"\xfe\xff")
-_FACTORS = re.compile(r"\b(?:scal\w+|conversion|calibration) factor|\bmultipl(?:y|ied) by\b", re.IGNORECASE)
+_FACTORS = re.compile(
+    r"\b(?:scal\w+|conversion|calibration) factor|\b(?:multipl\w+|normali[sz]ed) (?:by|with)\b"
+    r"|\bscale\b\s*[:=]?\s*\.?\d(?![\d.]*\s*:)|\btimes\s+\d|\([x×]\s*\d",
+    re.IGNORECASE,
+)
+"""Statements of a factor. A scale such as 1:3 is that of a model."""
 _ENOUGH = 10
 """The last number of a table is checked for missing digits only if the table has more numbers than this."""
 

@@ -19,7 +19,13 @@ ACCELERATIONS = {
 BRACKETS = re.compile(r"[(\[{]((?:[^()\[\]{}]|\([^()]*\))*)[)\]}]")
 OF_PEAK = re.compile(r"\b(?:peak|max\w*|largest|pga)\b", re.IGNORECASE)
 """Words in a line with the peak of a record. The unit of the peak may differ from the unit of the samples."""
-_FACTOR = re.compile(r"(?:[/×·]|(?<!\*)\*)\s*\d|(?:\b|_)x\s*\d")
+_FACTOR = re.compile(
+    r"(?:[/×·]|(?<!\*)\*)\s*\d|(?:\b|_)x\s*\d|\btimes\b\s*\d|\d\s*(?:\^|\*\*)|\be[-+]?\d"
+    r"|^\s*[\d.]+\s+[a-z]|(?:multipl|normali[sz])\w+ (?:by|with)|\b(?:hundred|thousand|million)ths?\b",
+    re.IGNORECASE,
+)
+_NUMBER_BEFORE = re.compile(r"(?:^|[\s_])[\d.]+(?:e[-+]?\d+)?[\s_]+([^\s_]+)", re.IGNORECASE)
+"""A number and the word after it. If this word is the unit of a heading, the number is a factor."""
 _NO_SUFFIX = ("h", "v", "in")
 """Unit symbols that usually denote a direction if they end a heading, as in `acc_h`."""
 _LONGEST = 40
@@ -76,7 +82,8 @@ def taken_apart(cell: str) -> tuple[str, list[str]]:
     """Split a heading into its words and its unit, as in `acc (g)`, `acc in g`, `acc / g`, `acc_g`."""
     stated, bare = BRACKETS.findall(cell), BRACKETS.sub(" ", cell)
     words = re.sub(r"[\s_./,]+", " ", bare).strip()
-    if _FACTOR.search(cell):
+    number = None if stated else _NUMBER_BEFORE.search(cell)
+    if _FACTOR.search(cell) or (number and kind_of(number[1])):
         return words, [cell]
     if stated:
         return words, [each for each in stated if kind_of(each)] or stated[-1:]

@@ -217,6 +217,10 @@ def read_heading(
         told = f"The heading {printable(written)} stands for row numbers."
         advice = "remove the column; a time history has `time (s)` in its place"
         return Fault(field, printable(written), "a column of measured values", advice, told)
+    if taken_apart(written)[1] == [written] and not kind_of(written):
+        told = f"The heading {printable(written)} contains a factor."
+        advice = "convert the numbers, and write the heading without the factor, as in `amplitude (mm)`"
+        return Fault(field, printable(written), "a heading without a factor", advice, told)
     advice = "name it by one of these; leave the column out only if none of them applies"
     if meant := _meant(said, unit, as_written, columns):
         advice = f"did you mean `{meant}`? Otherwise {advice}"

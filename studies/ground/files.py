@@ -3,6 +3,7 @@
 import re
 from collections.abc import Sequence
 from itertools import pairwise
+from math import isclose
 from typing import Literal
 
 import numpy as np
@@ -27,10 +28,14 @@ _NUMBER = r"[+-]?(?:[0-9]+(?:\.[0-9]*)?|\.[0-9]+)(?:[EeDd][+-]?[0-9]{1,3})?"
 _NUMBERS = re.compile(rf"\s*(?:{_NUMBER}(?=[\s+-]|$)\s*)+$")
 _ONE = re.compile(_NUMBER)
 _BEGIN = re.compile(
-    rf"NPTS\s*[=:]\s*(\d+)\s*[,;]?\s*DT\s*[=:]\s*({_NUMBER})[ \t]*([a-zµμ]*)|(\d+)\s+({_NUMBER})\s+NPTS\s*,\s*DT",
+    rf"NPTS\s*[=:]\s*(\d+)\s*[,;]?\s*DT\s*[=:]\s*({_NUMBER})[ \t]*\(?([a-zµμ]*)|(\d+)\s+({_NUMBER})\s+NPTS\s*,\s*DT",
     re.IGNORECASE,
 )
 """Pattern of the line of an AT2 file that states the number of samples and the step."""
+_NO_STEP = re.compile(rf"DT[ \t]*[=:][ \t]*(?>{_NUMBER})[ \t]*(?:[/×*^+-]|x\b|,?\d).*", re.IGNORECASE)
+"""Pattern of a time step that is more than one number, such as 1/200."""
+_NO_EXPONENT = re.compile(r"([+-]?\d*\.\d*)([+-]\d{2,3})")
+"""Pattern of a number that lacks the E before its exponent, as Fortran may write it."""
 _NO_WORD = re.compile(rf"{_NUMBER}|[+-]?(?:nan|inf)|n/?a|null|none|-+|\*+", re.IGNORECASE)
 """Pattern of a cell that holds a number or marks a missing value."""
 _BEFORE_THOUSANDS, _THOUSANDS = re.compile(r"[+-]?[1-9][0-9]{0,2}"), re.compile(r"[0-9]{3}(?![0-9])")
@@ -85,6 +90,9 @@ def read_record(text: bytes | str, layout: Layout, name: str = "", units: str | 
         advice = "correct the line; if the file has two columns, name it .csv, or over HTTP send `format=csv`"
         raise refused(_at(min(4, len(lines))), seen, "of the form NPTS=<number>, DT=<number>", advice)
     place = top.count("\n", 0, begin.end()) + 1 if begin else 0
+    if begin and (more := _NO_STEP.search(top)):
+        told = f"Line {place} does not give the time step as one number: {printable(more[0])}."
+        raise refused(_at(place), printable(more[0]), "one number", "write `DT= <step in s>`", told)
     head, rows, remarks = _cut(lines, place)
     if begin:
         count, step = int((begin[1] or begin[4])[:12]), begin[2] or begin[5]
@@ -104,7 +112,8 @@ def read_record(text: bytes | str, layout: Layout, name: str = "", units: str | 
             told = f"No line consists of two numbers; the last line is {printable(head[-1][1])}."
         raise refused(_at(len(lines)), f"the end after {len(rows)} rows", "two rows or more", advice, told)
     sizes = {len(cells) for _, cells in rows}
-    table = (sizes == {2} and 2 * len(rows) != count) or (len(rows) == count and sizes != {1})
+    pairs = sizes == {2} and (2 * len(rows) != count or (len(rows) > 2 and _counts_time(rows, step)))
+    table = pairs or (len(rows) == count and sizes != {1})
     series = bool(step) and not table
     check_end(lines, [cell for _, cells in rows for cell in (cells if series else cells[-1:])])
     sign = next((each for each in ";\t," if each in lines[rows[0][0] - 1]), "")
@@ -169,11 +178,30 @@ def _cut(lines: Sequence[str], begin: int) -> tuple[list[Line], list[Row], list[
         whole = "," in bare and len(cells) == 4 and all(cell.lstrip("+-").isdigit() for cell in cells)
         if whole or ((begin or len(apart) > 1) and decimal_comma(apart)):
             raise refused(_at(number), printable(bare), "decimal points", WRITE_POINTS, COMMAS_FOUND)
+        if short := next(filter(None, map(_NO_EXPONENT.fullmatch, re.split(r"[,;\t]|\s+", bare))), None):
+            told = f"Line {number} has an exponent without E: {short[0]}."
+            raise refused(
+                _at(number), short[0], "numbers", f"write such a number as {short[1]}E{short[2]}", told
+            )
+        if not numbers and begin and any(map(_BEGIN.search, lines[number - 1 : number + _HEADER_LINES])):
+            told = f"Line {number} begins a second record: {printable(bare)}."
+            raise refused(
+                _at(number), "a second record", "one record", "write each record into its own file", told
+            )
         if not numbers:
             advice = "correct the line, or remove it if it is not data"
             raise refused(_at(number), printable(bare), "numbers only", advice)
         rows.append((number, cells))
     return head, rows, remarks
+
+
+def _counts_time(rows: Sequence[Row], step: str) -> bool:
+    """Return whether the first column increases by the announced step."""
+    first, second, last = (read_decimal(rows[k][1][0]) for k in (0, 1, -1))
+    span = (len(rows) - 1) * read_decimal(step)
+    return isclose(second - first, read_decimal(step), rel_tol=0.1) and isclose(
+        last - first, span, rel_tol=0.1
+    )
 
 
 def _is_announcement(rows: Sequence[Row]) -> bool:
@@ -238,9 +266,12 @@ def _between(rows: Sequence[Row], stated: float | None) -> float:
     if wrong is not None:
         number, before, at = rows[wrong][0], second * time[wrong - 1], second * time[wrong]
         told, advice = wrong_step(number, before, at, step)
+        if at <= before and all(cell.lstrip("+-").isdigit() for _, cells in rows for cell in cells):
+            advice = f"if the commas are decimal commas, {WRITE_POINTS}; otherwise {advice}"
+        elif stated is None and 2 * np.count_nonzero(np.diff(time) > 0) < len(rows):
+            told = "The first column does not increase from line to line, as times do."
+            advice = f"give the time first, below the heading {COLUMNS}, or {WRITE_STEP}"
         if at <= before:
-            if all(cell.lstrip("+-").isdigit() for _, cells in rows for cell in cells):
-                advice = f"if the commas are decimal commas, {WRITE_POINTS}; otherwise {advice}"
             raise refused(_at(number), f"the time {at:g} s", f"a time after {before:g} s", advice, told)
         raise refused(_at(number), f"a step of {at - before:.6g} s", "equal time steps", advice, told)
     if np.isnan(step):

@@ -44,7 +44,7 @@ _OTHERS = {
         f"{_OVER_TIME}, or generate one with `random_vibration`",
     ),
     "a response spectrum": (
-        r"\bp?s[av]\b|spe[ck]tr(?:um|al?|ale|en|o)\b|spettro\b|\bp[eé]r[ií]od\w*",
+        r"\bp?s[av]\b|\bpseudo\b|spe[ck]tr(?:um|al?|ale|en|o)\b|spettro\b|\bp[eé]r[ií]od\w*",
         f"{_OVER_TIME}: a spectrum does not determine it",
     ),
     "a frequency": (
@@ -123,6 +123,10 @@ def read_heading(
     if heading:
         of_time, of_acceleration = _of_columns(*heading)
         named = bool(of_acceleration or _ACCELERATION_COLUMN.search(heading[1][1]))
+        if taken_apart(heading[1][0])[0].strip() == "T":  # a period, if the file speaks of a spectrum
+            for _, line in others:
+                if re.search(r"spe[ck]tr", line, re.IGNORECASE):
+                    raise _no_record("a response spectrum", heading[0], line)
         times += [(unit, heading[0]) for unit in of_time]
         units += [(unit, heading[0]) for unit in of_acceleration]
     if not named:
@@ -174,9 +178,11 @@ def _heading(lines: Sequence[Line], separator: str) -> tuple[tuple[int, list[str
     for at in reversed(range(len(lines))):
         number, line = lines[at]
         cells = _cells(line)
+        if line[0] in "#%" and not _is_time(cells[0]):
+            continue
         if any(map(_named, cells)) if len(cells) == 2 else len(cells) > 2 and _is_time(cells[0]):
             return (number, cells), [*lines[:at], *lines[at + 1 :]]
-        if at == len(lines) - 1 and len(cells) == 2 and separator in line and line[0] not in "#%":
+        if at == len(lines) - 1 and len(cells) == 2 and separator in line:
             return (number, cells), lines[:-1]
     return None, lines
 
@@ -266,7 +272,7 @@ def _agreed(stated: Sequence[tuple[str, int]], quantity: str, allowed: Iterable[
 
 def _other(words: str) -> str:
     """Return the quantity in `_OTHERS` that the words describe, or an empty text."""
-    if _ACCELERATION.search(words) and "spectr" not in words.lower():
+    if _ACCELERATION.search(words) and not re.search(r"spectr|pseudo", words, re.IGNORECASE):
         return ""
     return next((what for what, (said, _) in _OTHERS.items() if re.search(said, words, re.IGNORECASE)), "")
 

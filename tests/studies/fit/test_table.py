@@ -78,6 +78,13 @@ def test_lines_that_are_all_cut_alike_are_told_once() -> None:
     assert "decimal commas" in fault.advice
 
 
+@pytest.mark.parametrize("heading", ["displacement 0.1 mm", "amplitude in 10^-1 mm", "amplitude (mm) x 10"])
+def test_a_heading_with_a_factor_is_refused(heading: str) -> None:
+    (fault,) = faults_of(parse_table, f"frequency (Hz), {heading}\n9, 1\n")
+    assert "contains a factor" in fault.sentence
+    assert "convert the numbers" in fault.advice
+
+
 @pytest.mark.parametrize("heading", ["displacement (mm)", "Disp", "peak (mm)", "temperature"])
 def test_nobody_is_told_to_remove_the_measurement(heading: str) -> None:
     with pytest.raises(StudyFaults) as caught:
