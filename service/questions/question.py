@@ -5,6 +5,7 @@ question import heavy modules only when needed, so the client and the command li
 """
 
 from collections.abc import Callable, Iterable, Iterator, Mapping
+from contextlib import suppress
 from dataclasses import dataclass, replace
 from functools import cached_property
 from typing import TYPE_CHECKING, Any, Generic, NamedTuple, TypeVar
@@ -231,11 +232,16 @@ class Question(Generic[A]):
         A study whose kind is not in `kinds` is refused. If blocks of a study are invalidated while the answer is
         computed, it is computed again.
         """
+        from damperlab.studies.store.faults import StudyNotFound
+
         if SUITE not in self.kinds:
             from damperlab.studies.answers.suite import require_harmonic
 
             require_harmonic(study.record.dimensions, study.called, amplitudes=self.kinds != (HARMONIC,))
-        needed = [study.record.id, *(study.beside(name).record.id for name in _further_studies(asked))]
+        needed = [study.record.id]
+        for name in _further_studies(asked):
+            with suppress(StudyNotFound):  # the function that answers refuses an unknown study
+                needed.append(study.beside(name).record.id)
         return study.store.steadily(needed, lambda: self.answer(replace(study), *asked))
 
 
