@@ -323,7 +323,7 @@ class _Search:
             self._pause(LOOK_SECONDS)
 
     def _cube(self, study_id: str) -> "xr.Dataset":
-        return self.store.steadily(study_id, lambda: self.store.cube(study_id).load())
+        return self.store.steadily([study_id], lambda: self.store.cube(study_id).load())
 
     def _pause(self, seconds: float) -> None:
         """Wait for some seconds, and raise `_Over` if the design has ended meanwhile."""

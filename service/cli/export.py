@@ -1,7 +1,7 @@
 """`damperlab export` writes a stored cube to one file for other programs."""
 
 from pathlib import Path
-from typing import Annotated
+from typing import TYPE_CHECKING, Annotated
 
 import typer
 
@@ -12,6 +12,9 @@ from damperlab.service.cli.places import file_option
 from damperlab.service.cli.store import find_study, label, open_store, unfinished
 from damperlab.studies.faults import Fault
 from damperlab.studies.vocabulary import EXPORT_FORMATS, EXPORT_SUFFIXES, ExportFormat
+
+if TYPE_CHECKING:
+    import xarray as xr
 
 
 def export(
@@ -58,9 +61,6 @@ def export(
 
     store = open_store(data_dir)
     record = find_study(store, study)
-    cube = store.cube(record.id)
-    cube = cube if names else without_names(cube)
-    cube = cube if licence is None else cube.assign_attrs(license=licence)
     described = crate_beside(output)
     if crate and described not in ("", output.name):
         told = f"{output.parent / FILE} describes {described}."
@@ -69,8 +69,16 @@ def export(
             Fault("--crate", f"that of {described}", "no other crate in the folder", advice, told)
         )
     make_parent(output)
-    with working(f"Writing {output}"):
+
+    def written() -> "xr.Dataset":
+        cube = store.cube(record.id)
+        cube = cube if names else without_names(cube)
+        cube = cube if licence is None else cube.assign_attrs(license=licence)
         write_file(cube, output, file_format)
+        return cube
+
+    with working(f"Writing {output}"):
+        cube = store.steadily([record.id], written)
     if crate or described == output.name:  # the crate must describe the file as it is now
         write_crate(cube, output)
     note(f"Wrote {record.points_total:,} points of {label(record)} to {output}{unfinished(record)}.")

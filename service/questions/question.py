@@ -4,7 +4,8 @@ The object determines the HTTP route, the command, the client method and the ent
 question import heavy modules only when needed, so the client and the command line do not load the solver or the server.
 """
 
-from collections.abc import Callable, Mapping
+from collections.abc import Callable, Iterable, Iterator, Mapping
+from contextlib import suppress
 from dataclasses import dataclass, replace
 from functools import cached_property
 from typing import TYPE_CHECKING, Any, Generic, NamedTuple, TypeVar
@@ -228,13 +229,32 @@ class Question(Generic[A]):
     def of(self, study: Subject, *asked: object) -> "xr.Dataset":
         """Answer the question, given one value of each type in `asks`.
 
-        A study whose kind is not in `kinds` is refused.
+        A study whose kind is not in `kinds` is refused. If blocks of a study are invalidated while the answer is
+        computed, it is computed again.
         """
+        from damperlab.studies.store.faults import StudyNotFound
+
         if SUITE not in self.kinds:
             from damperlab.studies.answers.suite import require_harmonic
 
             require_harmonic(study.record.dimensions, study.called, amplitudes=self.kinds != (HARMONIC,))
-        return self.answer(study, *asked)
+        needed = [study.record.id]
+        for name in _further_studies(asked):
+            with suppress(StudyNotFound):  # the function that answers refuses an unknown study
+                needed.append(study.beside(name).record.id)
+        return study.store.steadily(needed, lambda: self.answer(replace(study), *asked))
+
+
+def _further_studies(asked: Iterable[object]) -> Iterator[str]:
+    """Yield the names or ids of further studies in the inputs of a question."""
+    for inputs in asked:
+        kind: Any = type(inputs)
+        for each in fields_of(kind):
+            named = getattr(inputs, each.name) if each.studies else None
+            if isinstance(named, str):
+                yield named
+            else:
+                yield from named or ()
 
 
 def in_front(record: "Record", answer: Mapping[str, Any]) -> dict[str, Any]:

@@ -19,7 +19,7 @@ from damperlab.service.questions.every import BY_ROUTE, EVERY
 from damperlab.service.questions.question import Question, Subject, in_front
 from damperlab.service.routes.strict import strict_router
 from damperlab.service.state import TheService, TheStudy
-from damperlab.service.work.apart import is_large, pieces, steady, written
+from damperlab.service.work.apart import is_large, pieces, written
 from damperlab.studies.kinds import EVERY_DIMENSION
 from damperlab.studies.shapes import Says
 from damperlab.studies.store.export.export import dimensions_of
@@ -69,7 +69,7 @@ def _add(question: Question[Any]) -> None:
         request: Request, service: TheService, study: TheStudy, asked: Annotated[tuple[Any, ...], values]
     ) -> Response:
         if not is_large(service, study):
-            return await run_sync(steady, service.store, study, _answer, (question.route, asked))
+            return await run_sync(_answer, service.store, study, question.route, asked)
         headers, file = await written(request, service, study, _write, question.route, asked)
         return await run_sync(_sent, file, headers)
 

@@ -109,7 +109,7 @@ def steady(
     store: Store, study: Record, function: Callable[..., Result], more: tuple[object, ...] = ()
 ) -> Result:
     """Call a function that reads a study, again if the study changes meanwhile; see `Store.steadily`."""
-    return store.steadily(study.id, lambda: function(store, study, *more))
+    return store.steadily([study.id], lambda: function(store, study, *more))
 
 
 def _folder(where: Path | None) -> "TemporaryDirectory[str]":

@@ -2,7 +2,7 @@
 
 import os
 import threading
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, TypeVar
 
@@ -141,24 +141,24 @@ class Cubes:
                 raise catalogue_damaged(study_id, lost)
         return row, shelf, kept[1]
 
-    def steadily(self, study_id: str, read: Callable[[], Result]) -> Result:
-        """Call a function that reads a study. If blocks are invalidated meanwhile, call it again.
+    def steadily(self, study_ids: Sequence[str], read: Callable[[], Result]) -> Result:
+        """Call a function that reads studies. If blocks of these studies are invalidated meanwhile, call it again.
 
         The files of invalidated blocks are removed when the blocks are done again, so a reader may miss a file.
 
         Raises
         ------
         StudyNotFound
-            If the study does not exist, or was deleted meanwhile.
+            If a study does not exist, or was deleted meanwhile.
         BlockDamaged
             If the function raises this error, and no block was invalidated.
         """
         for _ in range(TRIES - 1):
-            before = self._invalidated(study_id)
+            before = [self._invalidated(each) for each in study_ids]
             try:
                 return read()
             except BlockDamaged:
-                if self._invalidated(study_id) == before:
+                if [self._invalidated(each) for each in study_ids] == before:
                     raise
         return read()
 

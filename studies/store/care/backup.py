@@ -256,7 +256,7 @@ def _copy_study(source: Store, target: Store, study_id: str) -> _Copy | None:
         return row, marks, _copy_files(source, target, row, marks)
 
     try:
-        return source.steadily(study_id, copy)
+        return source.steadily([study_id], copy)
     except StudyNotFound:
         return None  # the study was deleted meanwhile
 

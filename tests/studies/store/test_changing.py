@@ -14,9 +14,12 @@ from tests.filling import enter, make_plan_of, make_study, put, values_of, write
 from tests.studies.store.racing import Watched, die_at
 
 from damperlab.service.problems import Problem
+from damperlab.service.questions.question import Subject
+from damperlab.service.questions.resonance_map import RESONANCE_MAP
 from damperlab.service.routes import zarr
 from damperlab.service.work.apart import steady
 from damperlab.studies.definition import Study
+from damperlab.studies.questions import Plane, Selection, Subtracted, Window
 from damperlab.studies.remarks import Remarks
 from damperlab.studies.store.care.backup import copy_store
 from damperlab.studies.store.care.sweep import collect_garbage
@@ -187,6 +190,18 @@ def test_a_study_that_is_changed_while_it_is_exported_or_sent_is_not_called_dama
 
     for found, _ in meanwhile(made, tmp_path, read, change):
         assert found in ([200], [404], [409])
+
+
+def test_a_second_study_that_is_changed_while_two_maps_are_compared_is_read_again(made, tmp_path):
+    axes = Plane(x="clearance_ratio", y="friction_ratio")
+
+    def compare(store: Store) -> tuple[str, ...]:
+        subject = Subject(store.find(BEGUN_ID), store, RESONANCE_MAP.command)
+        found = RESONANCE_MAP.of(subject, axes, Selection(), Subtracted(minus=DONE_ID), Window())
+        return tuple(found.attrs["studies"])
+
+    for found, _ in meanwhile(made, tmp_path, compare, retry):
+        assert found == (BEGUN_ID, DONE_ID)
 
 
 @pytest.mark.night
