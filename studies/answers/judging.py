@@ -39,6 +39,14 @@ def new_tally() -> dict[str, int]:
     return dict.fromkeys(("designs", *REASONS), 0)
 
 
+def leave_out(
+    tally: dict[str, int], reason: str, keep: NDArray[np.bool_], unfit: NDArray[np.bool_] | np.bool_
+) -> NDArray[np.bool_]:
+    """Return which designs are kept if unfit designs are left out, and count the designs left out for this reason."""
+    tally[reason] += int((keep & unfit).sum())
+    return np.asarray(keep & ~unfit)
+
+
 def judged(
     cube: "xr.Dataset",
     question: DesignQuestion,
@@ -76,33 +84,29 @@ def judge(slab: Slab, question: DesignQuestion, tally: dict[str, int], beside: t
     cube, load = slab.cube, slab.read
     status = load("status")
     amplitude = load(AMPLITUDE)
-    missing = (status == Status.NOT_COMPUTED).any(axis=1)
-    bad = ~missing & ((status > Status.MAX_CYCLES) | ~np.isfinite(amplitude)).any(axis=1)
-    keep = ~missing & ~bad
+    keep = np.ones(len(status), bool)
     tally["designs"] += keep.size
-    tally["incomplete"] += int(missing.sum())
-    tally["failed"] += int(bad.sum())
+    keep = leave_out(tally, "incomplete", keep, (status == Status.NOT_COMPUTED).any(axis=1))
+    failed = (status > Status.MAX_CYCLES) | ~np.isfinite(amplitude)
+    keep = leave_out(tally, "failed", keep, failed.any(axis=1))
     nothing = np.full_like(amplitude, np.nan)
     error = load("amplitude_error") if "amplitude_error" in cube else nothing
     classed = "response_class" in cube
     kind = load("response_class") if classed else np.full_like(status, ResponseClass.UNKNOWN)
     locked = kind == ResponseClass.LOCKED
     if question.judging.exclude_locked:
-        tally["locked"] += int((keep & locked[:, question.nearest]).sum())
-        keep &= ~locked[:, question.nearest]
+        keep = leave_out(tally, "locked", keep, locked[:, question.nearest])
     if question.judging.max_impact_speed is not None:
         # the missing impact speed of a design without impacts does not exclude the design
         too_fast = (load("impact_speed_max") > question.judging.max_impact_speed).any(axis=1)
-        tally["too_fast"] += int((keep & too_fast).sum())
-        keep &= ~too_fast
+        keep = leave_out(tally, "too_fast", keep, too_fast)
     for name, (low, high) in question.limits.items():
         values = load(name)
         if name in NONE_IS_ZERO:
             values = np.nan_to_num(values)
         # an undefined value lies outside every range
         outside = ~((values >= low) & (values <= high)).all(axis=1)
-        tally["outside"] += int((keep & outside).sum())
-        keep &= ~outside
+        keep = leave_out(tally, "outside", keep, outside)
     rows = np.flatnonzero(keep)
     amplitude, error, kind, locked = amplitude[rows], error[rows], kind[rows], locked[rows]
     # the error of a run that ended at the cycle limit may be larger than stated

@@ -11,7 +11,7 @@ from damperlab.studies.answers.comparing import Found, least
 from damperlab.studies.answers.design_question import axes_within
 from damperlab.studies.answers.excited import amplitude_called, definition_of, excitation_of, name_of
 from damperlab.studies.answers.flatness import ends_of_damper, say_beyond
-from damperlab.studies.answers.judging import say_left_out
+from damperlab.studies.answers.judging import leave_out, say_left_out
 from damperlab.studies.answers.largest_acceleration import LARGEST, acceleration_g, acceleration_row
 from damperlab.studies.answers.linear_peaks import LinearPeaks
 from damperlab.studies.answers.nearness import nearest_place
@@ -150,17 +150,13 @@ def worst_cases(
     for slab in slabs_of(cube, counting, damper):
         status = slab.read("status")
         counts += count(status)
-        bad = (status > Status.MAX_CYCLES).any(axis=1)
-        missing = (status == Status.NOT_COMPUTED).any(axis=1) & ~bad
-        held = _locked(slab) & ~(bad | missing) if judging.exclude_locked else np.zeros_like(bad)
-        for name, left_out in (
-            ("designs", np.ones_like(bad)),
-            ("failed", bad),
-            ("incomplete", missing),
-            ("locked", held),
-        ):
-            tally[name] += int(left_out.sum())
-        rows = np.flatnonzero(~(bad | missing | held))
+        keep = np.ones(len(status), bool)
+        tally["designs"] += keep.size
+        keep = leave_out(tally, "failed", keep, (status > Status.MAX_CYCLES).any(axis=1))
+        keep = leave_out(tally, "incomplete", keep, (status == Status.NOT_COMPUTED).any(axis=1))
+        if judging.exclude_locked:
+            keep = leave_out(tally, "locked", keep, _locked(slab))
+        rows = np.flatnonzero(keep)
         values = slab.read(metric)[rows].astype(float)
         place = np.where(np.isnan(values), -np.inf, values).argmax(axis=1)
         found: Found = {"value": values[np.arange(rows.size), place]}
