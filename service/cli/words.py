@@ -182,30 +182,17 @@ def response_brief(
 
     largest, least = int(np.nanargmax(values)), int(np.nanargmin(values))
     first = f"{what}: largest {told(largest)}; least {told(least)}."
-    second = _difference(answer, metric, phrases) if "differs" in answer else str(words_of(answer)["note"])
+    second = str(words_of(answer)["note"])
+    if "differs" in answer:
+        from damperlab.studies.answers.compared_response import say_difference
+
+        second = say_difference(answer, metric, phrases, ".4g")
     rows: tuple[tuple[str, str, str], ...] = ()
     if "acceleration_g" in answer.attrs:
         from damperlab.studies.answers.largest_acceleration import acceleration_row
 
         rows = (acceleration_row(answer.attrs["acceleration_g"], cavity),)
     return Brief(None, (first, second, unknown), rows, following)
-
-
-def _difference(answer: "xr.Dataset", metric: str, phrases: "Phrases") -> str:
-    """Describe the largest difference of two curves."""
-    from damperlab.studies.answers.compared_response import ERRORS
-
-    values = answer["differs"].values
-    number = int(values.sum())
-    if not number:
-        return f"The two studies differ nowhere by more than {ERRORS:g} times their errors."
-    most = float(answer.attrs["largest_difference_at"])
-    place = answer["frequency_ratio"].values.tolist().index(most)
-    pair = (phrases.value(metric, float(answer[name].values[place]), ".3g") for name in (metric, "other"))
-    return (
-        f"The two studies differ by more than {ERRORS:g} times their errors at {number} of {values.size} "
-        f"frequencies, most at {phrases.equal('frequency_ratio', most, '.4g')}: {' against '.join(pair)}."
-    )
 
 
 def _corner(name: str, phrases: "Phrases") -> str:

@@ -107,23 +107,17 @@ def compared_response(
             "largest_difference_at": float(r[place]),
         }
 
-    def sentence(phrases: Phrases) -> str:
+    def sentences(phrases: Phrases) -> str:
         if not known.any():
             return "No frequency has a value in both studies."
-        words = f"The two responses differ nowhere by more than {ERRORS:g} times their errors."
-        if differs.any():
-            f = phrases.symbol(FREQUENCY)
+        words = say_difference(answer, metric, phrases)
+        if spans:
             where = ", ".join(
                 phrases.number(FREQUENCY, low)
                 + (f" to {phrases.number(FREQUENCY, high)}" if low < high else "")
                 for low, high in spans
             )
-            words = (
-                f"The two responses differ by more than {ERRORS:g} times their errors at "
-                f"{counted(int(differs.sum()), 'frequency ratio')} of {r.size}: "
-                f"{f} = {where}{phrases.unit(FREQUENCY)}. They differ most at {phrases.equal(FREQUENCY, r[place])}: "
-                f"{phrases.pair(metric, a[place], 'against', b[place])}."
-            )
+            words += f" They differ at {phrases.symbol(FREQUENCY)} = {where}{phrases.unit(FREQUENCY)}."
         if unknown.any():
             words += f" At {counted(int(unknown.sum()), 'frequency ratio')} an error is unknown, so nothing is compared there."
         if not known.all():
@@ -132,10 +126,25 @@ def compared_response(
         return words
 
     def words(phrases: Phrases) -> dict[str, Any]:
-        return {"note": sentence(phrases.as_named(selection.metric))}
+        return {"note": sentences(phrases.as_named(selection.metric))}
 
     answer.attrs |= noted(first.attrs, said(cube, words))
     return answer
+
+
+def say_difference(answer: xr.Dataset, metric: str, phrases: Phrases, form: str = ".6g") -> str:
+    """Say at how many frequencies two responses differ, and where most, from the answer of `compared_response`."""
+    differs = answer["differs"].values
+    if not differs.any():
+        return f"The two responses differ nowhere by more than {ERRORS:g} times their errors."
+    most = answer.attrs["largest_difference_at"]
+    place = answer[FREQUENCY].values.tolist().index(most)
+    ours, theirs = (float(answer[name].values[place]) for name in (metric, "other"))
+    return (
+        f"The two responses differ by more than {ERRORS:g} times their errors at {int(differs.sum())} of "
+        f"{differs.size} frequencies, most at {phrases.equal(FREQUENCY, most, form)}: "
+        f"{phrases.pair(metric, ours, 'against', theirs, form)}."
+    )
 
 
 def _errors(cube: xr.Dataset, metric: str, selection: Selection) -> NDArray[np.float64]:
