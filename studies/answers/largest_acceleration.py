@@ -9,7 +9,7 @@ particle that stays on a wall. `tests/worker/test_acceleration.py` checks the es
 """
 
 from collections.abc import Mapping, Sequence
-from math import nan, pi
+from math import isfinite, nan, pi
 from typing import TYPE_CHECKING, Any, NamedTuple
 
 import numpy as np
@@ -19,7 +19,7 @@ from damperlab.studies.amplitudes import AMPLITUDE
 from damperlab.studies.answers.design_question import DesignQuestion
 from damperlab.studies.answers.excited import definition_of, excitation_of
 from damperlab.studies.answers.phrases import FREQUENCY
-from damperlab.studies.cavity import cavity_of
+from damperlab.studies.cavity import cavity_of, left_open
 from damperlab.studies.physical import STANDARD_GRAVITY
 from damperlab.studies.quantity import OF_CAVITY
 from damperlab.studies.units import base_of, quantities_of
@@ -148,6 +148,20 @@ def _unit(cube: "xr.Dataset") -> "xr.DataArray | float":
         return base_of(cube) * rate**2
     factors = {each.source: each.factor for each in quantities_of(definition_of(cube))}
     return factors.get(_MEASURED, nan)
+
+
+def acceleration_rows(
+    g: float, cube: "xr.Dataset", acts: bool, beaten: bool = False
+) -> list[tuple[str, str, str]]:
+    """Return the row of a short answer with the acceleration of a damper of a study; no row if it is unknown.
+
+    The row names the assumptions about the cavity if the particle acts. `beaten` states whether a tuned mass damper is
+    recommended instead.
+    """
+    if not isfinite(g):
+        return []
+    cavity = left_open(definition_of(cube)) if acts else []
+    return [acceleration_row(g, cavity, "with the study's damper" if beaten else LARGEST)]
 
 
 def acceleration_row(g: float, cavity: Sequence[str] = (), whose: str = LARGEST) -> tuple[str, str, str]:

@@ -17,7 +17,7 @@ from damperlab.studies.answers.design_question import (
 from damperlab.studies.answers.flatness import end_of, say_beyond
 from damperlab.studies.answers.follow_up import Refinement, follow_up, spent_on
 from damperlab.studies.answers.hidden_peak import PEAK_BETWEEN, hidden_peaks
-from damperlab.studies.answers.largest_acceleration import acceleration_of, acceleration_row
+from damperlab.studies.answers.largest_acceleration import acceleration_of, acceleration_rows
 from damperlab.studies.answers.nearness import nearest_place
 from damperlab.studies.answers.notes import friction_allowed, over_budget, sentence_of, share
 from damperlab.studies.answers.optimal_designs import merged_designs
@@ -27,7 +27,6 @@ from damperlab.studies.answers.query_fault import QueryFault, check_question, re
 from damperlab.studies.answers.selection import check_dimension, choose, in_ratios, require_stored
 from damperlab.studies.answers.verdict import is_clamped, none_left
 from damperlab.studies.brief import Brief, Note, command, listed
-from damperlab.studies.cavity import left_open
 from damperlab.studies.definition import Study
 from damperlab.studies.field import At
 from damperlab.studies.questions import Judging, Search, Step
@@ -117,9 +116,8 @@ def refine_optimum(
     hidden = hidden_peaks(parent, asked, best, lead, cubes)
     short = _brief(study, parent, found, steps, int(spent["points"]), clamped, bool(hidden))
     g = acceleration_of(found, asked, cubes[lead["study"]])
-    if math.isfinite(g):
-        cavity = left_open(study.document()) if best["impact_share"].values[0] > 0.0 else []
-        short = replace(short, rows=(acceleration_row(g, cavity),))
+    strikes = bool(best["impact_share"].values[0] > 0.0)
+    short = replace(short, rows=tuple(acceleration_rows(g, parent, strikes)))
     answer = Refinement((), False, found, steps, spent=spent, brief=short)
     notes = [
         *hidden,
@@ -130,14 +128,10 @@ def refine_optimum(
             0 if blurred.any() else _fine(parent, varied, tolerance, judging.ranges) * asked.frequencies.size
         )
         answer = replace(answer, known=True, fine_points=fine, notes=(*notes, _note_cost(spent, fine)))
-        rubbing = None
-        if best["impact_share"].values[0] > 0.0:
-            rubbing = study_with_friction(study, asked, found)
-        return (
-            answer
-            if rubbing is None
-            else _with_friction(answer, rubbing, others, replace(judging, objective=asked.objective))
-        )
+        rubbing = study_with_friction(study, asked, found) if strikes else None
+        if rubbing is None:
+            return answer
+        return _with_friction(answer, rubbing, others, replace(judging, objective=asked.objective))
     parts = PARTS.get(len(varied), 2)
     chosen = [_grids(cells, np.flatnonzero(near), parts, tolerance, varied)]
     elsewhere = np.flatnonzero(promising)

@@ -1,7 +1,7 @@
 """Rank the dampers of a ground-motion suite, or of a study over base amplitudes, by the worst case."""
 
 from collections.abc import Callable, Mapping, Sequence
-from math import isfinite, tau
+from math import isfinite, nan, tau
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
@@ -12,7 +12,7 @@ from damperlab.studies.answers.design_question import axes_within
 from damperlab.studies.answers.excited import amplitude_called, definition_of, excitation_of, name_of
 from damperlab.studies.answers.flatness import ends_of_damper, say_beyond
 from damperlab.studies.answers.judging import leave_out, say_left_out
-from damperlab.studies.answers.largest_acceleration import LARGEST, acceleration_g, acceleration_row
+from damperlab.studies.answers.largest_acceleration import acceleration_g, acceleration_rows
 from damperlab.studies.answers.linear_peaks import LinearPeaks
 from damperlab.studies.answers.nearness import nearest_place
 from damperlab.studies.answers.notes import share
@@ -38,7 +38,6 @@ from damperlab.studies.brief import (
     listed,
     notes_document,
 )
-from damperlab.studies.cavity import left_open
 from damperlab.studies.faults import counted, describe, listing
 from damperlab.studies.ground.builtin import whole_id
 from damperlab.studies.ground.motion import GroundMotion
@@ -347,10 +346,8 @@ def _brief(
         name = PLACES[rank] if values[rank] > values[0] else EQUAL
         rows.append((name, *spelled(rank)[:2]))
     rows += linear.rows(valued, mass_of, beaten)
-    if "acceleration_g" in answer.attrs:
-        cavity = left_open(definition_of(cube)) if kind in ("hybrid", "particle_alone") else []
-        whose = "with the study's damper" if beaten else LARGEST
-        rows.append(acceleration_row(answer.attrs["acceleration_g"], cavity, whose))
+    acts = kind in ("hybrid", "particle_alone")
+    rows += acceleration_rows(answer.attrs.get("acceleration_g", nan), cube, acts, beaten)
     return Brief(
         "tuned_mass_damper" if beaten else kind, tuple(sentences), tuple(rows), say_beyond(ends, phrases)
     )

@@ -10,11 +10,11 @@ import numpy as np
 
 from damperlab.studies.answers.comparing import CONFIDENCE, chance_of_another, contend
 from damperlab.studies.answers.design_question import DesignQuestion
-from damperlab.studies.answers.excited import definition_of, excitation_of, name_of
+from damperlab.studies.answers.excited import excitation_of, name_of
 from damperlab.studies.answers.flatness import LOSS, end_of, flatness, say_beyond
 from damperlab.studies.answers.hidden_peak import PEAK_BETWEEN, hidden_of, hidden_peaks
 from damperlab.studies.answers.judging import REASONS
-from damperlab.studies.answers.largest_acceleration import LARGEST, acceleration_of, acceleration_row
+from damperlab.studies.answers.largest_acceleration import acceleration_of, acceleration_rows
 from damperlab.studies.answers.linear_peaks import LinearPeaks
 from damperlab.studies.answers.notes import advised_axis, sentence_of
 from damperlab.studies.answers.phrases import AMPLITUDE, FREQUENCY, Phrases, said
@@ -30,7 +30,6 @@ from damperlab.studies.brief import (
     listed,
     notes_document,
 )
-from damperlab.studies.cavity import left_open
 from damperlab.studies.faults import Fault
 from damperlab.studies.variables import ResponseClass, Status, dimensions_of
 from damperlab.studies.vocabulary import OF_PARTICLE
@@ -431,9 +430,7 @@ class _Known:
             name = place if row["value"] > self.lead["value"] else EQUAL
             rows.append((name, self._value(row, phrases), self._design(row, phrases) + idle))
         beaten = damper == "tuned_mass_damper"
-        rows += self._linear_rows(phrases, beaten)
-        whose = "with the study's damper" if beaten else LARGEST
-        return rows + self._acceleration(whose)
+        return rows + self._linear_rows(phrases, beaten) + self._acceleration(beaten)
 
     def _linear_rows(self, phrases: Phrases, beaten: bool = False) -> list[tuple[str, str, str]]:
         """Return the rows of the tuned mass damper and of the structure without damper."""
@@ -443,12 +440,9 @@ class _Known:
             beaten,
         )
 
-    def _acceleration(self, whose: str = LARGEST) -> list[tuple[str, str, str]]:
+    def _acceleration(self, beaten: bool = False) -> list[tuple[str, str, str]]:
         """Return the row with the acceleration of the structure and the assumptions about the cavity."""
-        if not math.isfinite(self.acceleration_g):
-            return []
-        cavity = left_open(definition_of(self.cube)) if self.lead["impact_share"] > 0 else []
-        return [acceleration_row(self.acceleration_g, cavity, whose)]
+        return acceleration_rows(self.acceleration_g, self.cube, self.lead["impact_share"] > 0, beaten)
 
     def _idle_row(self, phrases: Phrases) -> list[tuple[str, str, str]]:
         if self.lead is self.best:
