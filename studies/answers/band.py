@@ -5,7 +5,7 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from damperlab.studies.answers.phrases import FREQUENCY, RATIOS, Phrases
+from damperlab.studies.answers.phrases import FREQUENCY, Phrases
 from damperlab.studies.kinds import kind_of
 from damperlab.studies.vocabulary import Objective
 
@@ -44,8 +44,8 @@ def worst_by_default(cube: "xr.Dataset", used: Container[str | None]) -> bool:
     return name not in used and cube.sizes[name] > 1
 
 
-def say_frequency(cube: "xr.Dataset", r: float, codes: bool = False, phrases: Phrases = RATIOS) -> str:
-    """Say that an answer applies to one frequency. Set `codes` if the answer shows codes, which have no maximum."""
+def say_frequency(cube: "xr.Dataset", r: float, codes: bool, phrases: Phrases) -> str:
+    """Say that an answer applies to one frequency. `codes` states whether the answer shows codes, which have no maximum."""
     at = phrases.equal(FREQUENCY, r, ".10g")
     if has_band(cube) and codes:
         name = "frequency_hz" if phrases.unit(FREQUENCY) else FREQUENCY
@@ -68,7 +68,7 @@ def say_only(r: float, computed: bool, phrases: Phrases) -> str:
     return f"Only one frequency {why}, {at}: the judgement applies to that frequency alone. {WHY}"
 
 
-def say_worst(cube: "xr.Dataset", phrases: Phrases = RATIOS) -> str:
+def say_worst(cube: "xr.Dataset", phrases: Phrases) -> str:
     """Say that an answer shows the largest values over the band, or over the ground-motion records."""
     kind = kind_of(cube.sizes)
     values = sorted(cube[kind.uncontrolled].values.tolist())

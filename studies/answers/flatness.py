@@ -7,7 +7,7 @@ import numpy as np
 
 from damperlab.studies.answers.design_question import DesignQuestion
 from damperlab.studies.answers.judging import judge, new_tally
-from damperlab.studies.answers.phrases import FREQUENCY, RATIOS, Phrases
+from damperlab.studies.answers.phrases import FREQUENCY, Phrases
 from damperlab.studies.answers.slab import Slab
 
 if TYPE_CHECKING:
@@ -82,7 +82,7 @@ def flatness(
     return found
 
 
-def say_flatness(found: list[dict[str, Any]], phrases: Phrases = RATIOS) -> str:
+def say_flatness(found: list[dict[str, Any]], phrases: Phrases) -> str:
     """Describe in words how flat an optimum is."""
     if not found:
         return ""

@@ -161,12 +161,11 @@ class Phrases:
         unit = _PRINTED[name].unit if self._has(name) else ""
         return unit if unit == "°" else f" {unit}".rstrip()
 
-    def column(self, name: str, quantity: str = "") -> str:
+    def column(self, name: str, quantity: str) -> str:
         """Name a column of a table, with the unit in brackets.
 
-        If `name` occurs only in answers, and not in cubes, `quantity` is the corresponding quantity of the cube.
+        `quantity` is the quantity of a cube with this unit. It differs from `name` if `name` occurs only in answers.
         """
-        quantity = quantity or name
         if not self._has(quantity):
             if name in SYMBOLS:
                 return f"{name} {SYMBOLS[name]}"

@@ -10,7 +10,7 @@ from numpy.typing import NDArray
 from damperlab.studies.amplitudes import AMPLITUDE
 from damperlab.studies.answers.excited import definition_of
 from damperlab.studies.answers.nearness import check_reach, nearest_place, same
-from damperlab.studies.answers.phrases import RATIOS, Phrases
+from damperlab.studies.answers.phrases import Phrases
 from damperlab.studies.answers.query_fault import refused
 from damperlab.studies.faults import describe, listing, nearest
 from damperlab.studies.field import At
@@ -252,9 +252,7 @@ def companions(cube: "xr.Dataset", metric: str) -> list[str]:
     return [name for name in names if name in cube.data_vars and name != metric]
 
 
-def say(
-    cube: "xr.Dataset", index: Mapping[str, int], at: At, phrases: Phrases = RATIOS, lead: Lead = NO_LEAD
-) -> str:
+def say(cube: "xr.Dataset", index: Mapping[str, int], at: At, phrases: Phrases, lead: Lead) -> str:
     """Describe the chosen grid points, and say which points differ from the wanted values."""
     chosen_at = []
     for name, position in index.items():

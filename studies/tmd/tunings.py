@@ -45,7 +45,7 @@ MOST_UNDER_BASE = 2.0
 """Mass ratio from which, under a base acceleration, a softer spring of the absorber is always better."""
 
 
-def h2(mass_ratio: float, excitation: Excitation = "base") -> Absorber:
+def h2(mass_ratio: float, excitation: Excitation) -> Absorber:
     """Return the optimum for the least mean square displacement of an undamped structure under white noise.
 
     Under a force, the absolute displacement of the structure is minimised, which also minimises ∫|X/Z|² dω for a base

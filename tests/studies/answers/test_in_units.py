@@ -16,7 +16,7 @@ from damperlab.studies.answers.phrases import RATIOS, Phrases, first_said
 from damperlab.studies.answers.quantities import with_quantities
 from damperlab.studies.answers.query_fault import QueryFault
 from damperlab.studies.answers.resonance_map import resonance_map
-from damperlab.studies.answers.selection import say
+from damperlab.studies.answers.selection import NO_LEAD, say
 from damperlab.studies.answers.tmd_comparison import tmd_comparison
 from damperlab.studies.faults import nearest
 from damperlab.studies.questions import Judging, Selection, Tuning
@@ -261,7 +261,7 @@ def test_the_tilt_of_a_study_is_named_in_degrees(cube: xr.Dataset, tilt: float) 
     curve = frequency_response(tilted, Selection("amplitude_m", {"tilt_deg": tilt}))
     assert curve["tilt_deg"].item() == pytest.approx(tilt)
     place = dict.fromkeys(tilted.sizes, 0)
-    assert f"tilt of the cavity α = {tilt:g}°," in say(tilted, place, {}, Phrases.of(tilted))
+    assert f"tilt of the cavity α = {tilt:g}°," in say(tilted, place, {}, Phrases.of(tilted), NO_LEAD)
     study["physical"]["tilt_deg"] = [0.0, tilt]
     several = tilted.assign_attrs(study=json.dumps(study))
     assert "tilt_deg" not in frequency_response(several, Selection("amplitude_m")).coords
