@@ -108,8 +108,6 @@ def compared_response(
         }
 
     def sentences(phrases: Phrases) -> str:
-        if not known.any():
-            return "No frequency has a value in both studies."
         words = say_difference(answer, metric, phrases)
         if spans:
             where = ", ".join(
@@ -120,7 +118,7 @@ def compared_response(
             words += f" They differ at {phrases.symbol(FREQUENCY)} = {where}{phrases.unit(FREQUENCY)}."
         if unknown.any():
             words += f" At {counted(int(unknown.sum()), 'frequency ratio')} an error is unknown, so nothing is compared there."
-        if not known.all():
+        if known.any() and not known.all():
             lacking = counted(int((~known).sum()), "frequency ratio")
             words += f" At {lacking} one of the two has no value, so nothing is compared there."
         return words
@@ -135,6 +133,8 @@ def compared_response(
 def say_difference(answer: xr.Dataset, metric: str, phrases: Phrases, form: str = ".6g") -> str:
     """Say at how many frequencies two responses differ, and where most, from the answer of `compared_response`."""
     differs = answer["differs"].values
+    if not np.isfinite(answer[metric].values - answer["other"].values).any():
+        return "No frequency has a value in both studies."
     if not differs.any():
         return f"The two responses differ nowhere by more than {ERRORS:g} times their errors."
     most = answer.attrs["largest_difference_at"]
