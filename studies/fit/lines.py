@@ -15,6 +15,8 @@ from damperlab.studies.spelled_numbers import COMMAS_FOUND, WRITE_POINTS, comma_
 MOST_BYTES = 4 * 1024 * 1024
 _BLANKS = re.compile(r"\s{2,}|(?<=[)\]\d.])\s+(?=\S)")
 """Gap between cells without separators: several blanks, or a single blank after a bracket, a digit or a point."""
+LARGEST = 1e12
+"""Largest allowed number; the unit of a larger number must be wrong."""
 MOST_COLUMNS = 30
 """Largest number of columns of a table, because each heading is compared with all known headings."""
 

@@ -16,7 +16,7 @@ from damperlab.studies.fit.columns import (
     read_headings,
     says_time,
 )
-from damperlab.studies.fit.lines import Lines, check_lines, columns_of, lines_of
+from damperlab.studies.fit.lines import LARGEST, Lines, check_lines, columns_of, lines_of
 from damperlab.studies.quantity import FREQUENCY_RATIO
 from damperlab.studies.spelled_numbers import read_decimal
 
@@ -24,8 +24,6 @@ MOST_ROWS = 2_000
 """Largest number of rows. A fit computes the response of each row hundreds of times."""
 _FEW_LINES = 30
 """Number of lines among which a heading is sought if the first line is not a heading."""
-LARGEST = 1e12
-"""Largest allowed number; the unit of a larger number must be wrong."""
 
 
 @dataclass(frozen=True)

@@ -11,6 +11,7 @@ from damperlab.studies.ground.generated import LISTED_SCHEMAS, WRITTEN
 from damperlab.studies.ground.motion import GroundMotion
 from damperlab.studies.ground.quantities import QUANTITIES
 from damperlab.studies.ground.question import read_contact
+from damperlab.studies.ground.recipe import LARGEST_SEED
 from damperlab.studies.ground.shelf import Shelf
 from damperlab.studies.ground.source import RecordSource, read_entries
 from damperlab.studies.ground.suite import AXES, NUMBERS, Suite, windows_of
@@ -33,7 +34,6 @@ MOST_WINDOWS = 200_000
 """Largest number of time steps of one run. Without this limit, a run of a stiff structure under a long record
 could take seconds.
 """
-LARGEST_SEED = 2**63 - 1
 
 
 def read_suite(document: object, shelf: Shelf | None = None) -> Suite:

@@ -4,16 +4,21 @@ import numpy as np
 
 from damperlab.studies.equal_steps import TOO_FEW_DIGITS, equal_step, resolution_of, wrong_step
 from damperlab.studies.faults import Fault, StudyFaults, counted, printable
-from damperlab.studies.fit.columns import SHARES, Column, faults_of_comments, read_headings, says_time
+from damperlab.studies.fit.columns import (
+    PERCENT,
+    SHARES,
+    Column,
+    faults_of_comments,
+    read_headings,
+    says_time,
+)
 from damperlab.studies.fit.history.question import History
-from damperlab.studies.fit.lines import Lines, check_lines, columns_of, lines_of
+from damperlab.studies.fit.lines import LARGEST, Lines, check_lines, columns_of, lines_of
 from damperlab.studies.portable import acos, cos
 from damperlab.studies.spelled_numbers import read_decimal
 from damperlab.studies.written_units import ACCELERATIONS, LENGTHS, TIMES
 
 LEAST_ROWS, MOST_ROWS = 24, 20_000
-LARGEST = 1e12
-"""Largest allowed number; the unit of a larger number must be wrong."""
 HELD, RESTING = 0.8, 0.2
 """Lower limit for a held structure, and upper limit for a structure at rest, as shares of the largest displacement."""
 BEYOND, LONGER, AT_ONCE_RAD = -0.3, 1.3, 0.2
@@ -28,7 +33,7 @@ of `FALL`, as shares of the largest displacement. The position before the releas
 """
 
 TIME, DISPLACEMENT, RELATIVE, BASE = "time_s", "displacement_m", "relative_displacement_m", "base_m_s2"
-DEVIATION, SHARE = "deviation_m", "deviation_share"
+DEVIATION = "deviation_m"
 OF_HISTORY = (
     "An impact changes the velocity almost instantly: an accelerometer records a pulse whose height and "
     "shape depend on the sensor and its filter",
@@ -42,7 +47,7 @@ COLUMNS = (
     Column({DISPLACEMENT: LENGTHS}, ("displacement", "absolute displacement", "x")),
     Column({RELATIVE: LENGTHS}, ("relative displacement", "x-z", "x - z")),
     Column({BASE: ACCELERATIONS}, ("base acceleration", "ground acceleration")),
-    Column({DEVIATION: LENGTHS, SHARE: SHARES}, ("deviation", "standard deviation")),
+    Column({DEVIATION: LENGTHS, PERCENT: SHARES}, ("deviation", "standard deviation")),
 )
 """Every column of a time history."""
 
@@ -87,8 +92,8 @@ def parse_history(text: bytes | str, name: str = "history") -> History:
     moved = moved[before:]
     columns = {column: numbers[before:] for column, numbers in columns.items()}
     deviation = columns.get(DEVIATION)
-    if SHARE in columns:
-        deviation = columns[SHARE] * np.abs(moved).max()
+    if PERCENT in columns:
+        deviation = columns[PERCENT] * np.abs(moved).max()
     relative = RELATIVE in columns or BASE not in columns
     return History(name, step, moved, relative, columns.get(BASE), deviation, before)
 
@@ -125,7 +130,7 @@ def _numbers(lines: Lines, names: list[str], factors: list[float]) -> dict[str, 
 def _cell(name: str, factor: float, cell: str) -> float | Fault:
     """Read one number and convert it to SI units."""
     value = read_decimal(cell)
-    positive = name in (DEVIATION, SHARE)
+    positive = name in (DEVIATION, PERCENT)
     if not abs(value) <= LARGEST or (positive and value <= 0.0):
         allowed = "a number above 0" if positive else "a number"
         found = printable(cell) if cell else "an empty cell"
