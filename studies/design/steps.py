@@ -5,6 +5,7 @@ from typing import TypeVar
 
 from damperlab.studies.definition import Study
 from damperlab.studies.design.book import Book, BudgetSpent, Wanted
+from damperlab.studies.faults import counted
 from damperlab.studies.ground.suite import Suite
 
 T = TypeVar("T")
@@ -118,7 +119,8 @@ def _side_by_side(book: Book, parts: dict[str, Part]) -> Step[list[str]]:
             del waiting[chosen[0]]
             resume(chosen[0], BudgetSpent())
             continue
-        book.stage = ", ".join(chosen)
+        others = counted(len(chosen) - 1, "other comparison")
+        book.stage = chosen[0] if len(chosen) == 1 else f"{chosen[0]} and {others}"
         for name in chosen:
             left[name] -= points[name]
         yield tuple({study.digest: study for name in chosen for study in waiting.pop(name)}.values())

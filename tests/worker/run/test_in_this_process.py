@@ -6,11 +6,20 @@ import threading
 import time
 from collections.abc import Callable
 from contextlib import closing
+from itertools import count
 from pathlib import Path
 from typing import Any
 
 import pytest
-from tests.worker.run_here import AMPLE_SECONDS, linear_study, of_one_piece, run_here, submit
+from tests.worker.run_here import (
+    AMPLE_SECONDS,
+    BLOCKS,
+    friction_study,
+    linear_study,
+    of_one_piece,
+    run_here,
+    submit,
+)
 
 from damperlab.studies.store.files.shelf import ShelfAway
 from damperlab.studies.store.record import BlockOutcome
@@ -18,6 +27,7 @@ from damperlab.studies.store.store import Store
 from damperlab.worker.outcomes import Failure, Outage
 from damperlab.worker.run.in_this_process import InThisProcess
 from damperlab.worker.run.progress import Progress
+from damperlab.worker.run.small_batch import compute_together
 
 
 def test_a_closed_form_study_is_run_without_loading_the_library_of_the_cluster(tmp_path: Path) -> None:
@@ -35,6 +45,27 @@ finally:
     ended = subprocess.run([sys.executable, "-c", script], capture_output=True, text=True)
     assert ended.returncode == 0, ended.stderr
     assert ended.stderr.splitlines()[-1] == "[]"
+
+
+def test_studies_of_several_blocks_are_computed_together_with_the_bits_of_a_run(
+    store: Store, tmp_path: Path
+) -> None:
+    ids = [submit(store, friction_study()).id, submit(store, linear_study([0.5, 1.5]), 1).id]
+    blocks = count()
+    assert compute_together(store, ids[:1], lambda: next(blocks) >= BLOCKS // 2) == set()
+    stopped = store.find(ids[0])
+    assert (stopped.state, stopped.blocks_done, stopped.owner) == ("queued", 0, None)
+    # a study that has begun once is left to a run of its own
+    assert compute_together(store, ids, lambda: False) == set(ids[1:])
+    together = submit(store, linear_study([0.25, 0.5, 0.75, 1.25], 0.1), 1).id
+    assert compute_together(store, [together], lambda: False) == {together}
+    ended = store.find(together)
+    assert (ended.state, ended.blocks_done, ended.points_done, ended.owner) == ("done", 4, 4, None)
+    with closing(Store.open(tmp_path / "alone")) as other:
+        run_here(other, submit(other, linear_study([0.25, 0.5, 0.75, 1.25], 0.1), 2).id)
+        for name in ("amplitude_ratio", "status"):
+            one, two = (each.cube(together)[name].values for each in (store, other))
+            assert one.tobytes() == two.tobytes()
 
 
 def test_a_block_that_raises_an_exception_fails() -> None:
