@@ -27,7 +27,7 @@ One or two unequal steps may mean missing samples.
 
 
 def resolution_of(written: Iterable[str]) -> float:
-    """Return the value of the last digit of numbers as written: 0.01 for 0.25. Return 0 if a number has an exponent."""
+    """Return the place value of the last digit of the written numbers: 0.01 for 0.25. Return 0 if a number has an exponent."""
     decimals = 0
     for text in written:
         if re.search(r"[eEdD]", text):

@@ -15,7 +15,7 @@ SLOW_MOTION = 20.0
 
 @dataclass(frozen=True)
 class ContactTime:
-    """A contact time of the paper.
+    """A contact time that the paper uses.
 
     Parameters
     ----------

@@ -49,8 +49,8 @@ def require_equal(
 ) -> None:
     """Raise `QueryFault` if a coordinate has different values in two studies.
 
-    `field` names the second study, and `both` are the phrases of the two studies. `otherwise` says what to name or to do
-    instead of naming another study.
+    `field` names the second study, and `both` are the phrases of the two studies. `otherwise` is
+    advice for a user who has no other study to name.
     """
     one, other = np.atleast_1d(ours.values), np.atleast_1d(theirs.values)
     if one.shape == other.shape and np.all(same(one, other) if one.dtype.kind == "f" else one == other):

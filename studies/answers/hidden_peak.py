@@ -71,9 +71,9 @@ def hidden(
     Only intervals wider than ζ, half of the half-power bandwidth, are examined. A peak may hide in such an interval in
     two cases:
 
-    * A resonance raises the response at both ends, as in `may_hide`. The height of the resonance is at most 1/(2ζ), the
-      height without a damper. The interval overlaps the range of natural frequencies, from 1/√(1 + β), where the
-      particle moves with the structure, to 1.
+    * A resonance raises the response at both ends of the interval, see `may_hide`. The height of the resonance is at
+      most 1/(2ζ), the height without a damper. The interval overlaps the range of natural frequencies, from
+      1/√(1 + β), where the particle moves with the structure, to 1.
     * The particle strikes at one end only, so the response jumps within the interval. One end may lie on the flank
       of a resonance. The flank may extend over the interval as far as the other end. For an infinite height P, the
       formula in `may_hide` is X = 1/((1 + β)|r² − r₀²|). So a flank with the value X at one end reaches at most

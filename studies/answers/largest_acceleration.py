@@ -158,8 +158,8 @@ def acceleration_rows(
 ) -> list[tuple[str, str, str]]:
     """Return the row of a short answer with the acceleration of a damper of a study; no row if it is unknown.
 
-    The row names the assumptions about the cavity if the particle acts. `beaten` states whether a tuned mass damper is
-    recommended instead.
+    If the damper has a moving particle, the row contains the assumptions about its cavity. `beaten` states whether a
+    tuned mass damper is recommended instead.
     """
     if not isfinite(g):
         return []

@@ -215,7 +215,7 @@ def _reduced(
     reduce: str,
     index: Mapping[str, int],
 ) -> "xr.Dataset":
-    """Reduce the cube along the outer dimension in `along`, after the maximum along the inner dimension.
+    """Take the maximum along the inner dimension, then reduce the result along the outer dimension.
 
     `along` contains the outer and the inner dimension. If the inner dimension is None, no maximum is taken.
     """

@@ -278,7 +278,7 @@ class _Known:
 
     @cached_property
     def notes(self) -> list[Note]:
-        """All remarks as data, in ratios."""
+        """All remarks, as `Note` objects with values in ratios."""
         best, lead, size = self.best, self.lead, self.question.frequencies.size
         notes = []
         if size == 1:

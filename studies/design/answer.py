@@ -41,7 +41,7 @@ class Amount(TypedDict):
 
 
 class ReachedUnder(TypedDict):
-    """The condition under which a result reaches the value that its limit restricts."""
+    """The condition under which a limited result is largest."""
 
     frequency_ratio: Number
     frequency_hz: Number
@@ -346,7 +346,7 @@ def limits_of(found: Found) -> list[Limit]:
 
 
 def _reached_at(asked: Specification, at: tuple[Under, float] | None) -> ReachedUnder:
-    """Return the condition under which a result reaches the value that its limit restricts. All values are None if `at`
+    """Return the condition under which a limited result is largest. All values are None if `at`
     is None.
     """
     known: ReachedUnder = {

@@ -102,9 +102,9 @@ class Survey:
 
 
 def _towards(edge: float, end: float) -> list[float]:
-    """Return frequencies from the edge of the resonances to an end of the band, in growing steps.
+    """Return frequencies from the `edge` of the range of resonances to an end of the band, in growing steps.
 
-    The list is empty if the band ends before the edge of the resonances.
+    The list is empty if the band ends within the range of resonances.
     """
     if (end - edge) * (edge - 1.0) <= 0.0:
         return []

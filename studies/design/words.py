@@ -154,7 +154,7 @@ def _limits(found: Found) -> Iterator[str]:
 
 
 def _where(found: Found, name: str) -> str:
-    """Name the frequency at which a result reaches the value that its limit restricts, and the excitation if there are
+    """Name the frequency at which a limited result is largest, and the excitation if there are
     several.
 
     The text is empty for the limit on the measure.

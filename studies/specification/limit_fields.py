@@ -70,7 +70,7 @@ class LimitFields(ToleranceFields):
         )
 
     def _limits(self, amplitude_m: float, structure: Structure) -> dict[str, float]:
-        """Return the limits in units. Limits given as ratios are converted."""
+        """Return the limits in SI units. Limits given as ratios are converted."""
         values = self._limit_values()
         if self._in_units:
             for key in (each for each in values if each in IN_RATIOS):

@@ -158,7 +158,7 @@ class Choice:
         return next(iter(self.contact_times_s), 0.0)
 
     def called(self, value: float, contact_time_s: float) -> str:
-        """Return the name of a listed value with a given contact time; empty if the value has no name."""
+        """Return the name of the listed pair of a value and a contact time; empty if the pair has no name."""
         times = (
             self.contact_times_s if len(self.contact_times_s) > 1 else (contact_time_s,) * len(self.values)
         )

@@ -79,8 +79,8 @@ def spread_at(trials: Trials, place: Place, rows: int, before: Spread | None = N
     along this direction is increased accordingly.
 
     `before` is the uncertainty from a shorter part of the history, with its own principal directions. Some of these
-    directions have a standard deviation below `LITTLE`. Along them, chi-square must rise in the same way. Otherwise
-    the best parameter set may be one of the countless minima that impacts create.
+    directions have a standard deviation below `LITTLE`. Along these directions too, chi-square must rise as it does
+    for a linear response. Otherwise the best parameter set may be one of the countless minima that impacts create.
     """
     spread = Spread.at(trials, place, rows)
     sizes = spread.sizes.copy()

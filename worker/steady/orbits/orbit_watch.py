@@ -105,8 +105,8 @@ def look_farther(
 ) -> Nearby:
     """Search for a more distant stable orbit, once in `_FAR_EVERY` metered half cycles.
 
-    A run that does not repeat may end on a distant stable orbit. The half cycles of this rare search are not
-    added to `halves_spent`, because they would use up the allowance of the nearby searches.
+    A run that does not repeat may end on a distant stable orbit. The half cycles of this
+    search are not added to `halves_spent`, whose upper limit applies only to the frequent searches near the run.
     """
     if metered_halves < 0 or metered_halves % _FAR_EVERY != 0 or nearby.rival:
         return nearby

@@ -37,8 +37,8 @@ def coordinates(state: State, particle: Particle | None, out: Array) -> None:
     """Write the section coordinates of a state into `out`, shape (SECTION_SIZE,): v, w, p, p' at phase 0, where s = 0.
 
     For a particle with friction, p' comes before p: if the particle meets no wall, p does not affect the other
-    coordinates and is not part of an orbit. In a contact of finite duration, the last two coordinates are the
-    penetration and its rate, or the time until detachment and the approach speed, with the sign of the wall.
+    coordinates and is not part of an orbit. In a contact of finite duration, the last two coordinates
+    have the sign of the wall: the penetration and its rate, or the time until detachment and the approach speed.
     """
     out[0] = state.v
     out[1] = state.w

@@ -80,8 +80,8 @@ def separate(
 def _crossing_from(polynomial: Floats, near: float, span: float) -> float:
     """First time at which a polynomial falls through zero, searched in intervals that grow from `near`.
 
-    The root is early, because the particle penetrates a stiff wall only slightly. With a bound on the
-    curvature over the complete span, the search would miss this root.
+    The root lies near the beginning of the span, because the particle penetrates a stiff wall only slightly. With a
+    bound on the curvature over the complete span, the search would miss this root.
     """
     start = 0.0
     end = min(max(near, 1e-15 * span), span)
