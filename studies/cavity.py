@@ -44,7 +44,7 @@ class Cavity:
         return any(self.numbers.values())
 
     def ratio(self, name: str, case: Mapping[str, float]) -> float:
-        """Return one ratio of `BEFORE` for a physical case.
+        """Return a ratio of the cavity, one of the names in `BEFORE`, for a physical case.
 
         Parameters
         ----------

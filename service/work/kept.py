@@ -135,7 +135,7 @@ def _asked(path: str) -> tuple[str, str] | None:
 
 
 def _others(query: bytes, keys: tuple[str, ...]) -> list[str]:
-    """Return the further studies that a query names in the parameters `keys`."""
+    """Return the values of the query parameters in `keys`; each value names a further study."""
     named = [value for name, value in QueryParams(query).multi_items() if name in keys]
     return list(filter(None, (each.strip() for value in named for each in value.split(","))))
 

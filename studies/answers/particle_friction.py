@@ -258,7 +258,7 @@ def with_friction(
 ) -> "xr.Dataset":
     """Add the note of `friction_note` to a ranking.
 
-    If the results with friction are not computed yet, name the command that computes them instead.
+    If the results with friction are not computed yet, the text names the command that computes them.
 
     Parameters
     ----------

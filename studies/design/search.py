@@ -205,7 +205,7 @@ class Search:
 
         A candidate is computed further only while its value exceeds the least value by at most `margin`. The nominal
         builds are compared first. If `first` is given, the corners are computed together with the nominal builds,
-        up to this accuracy level.
+        up to the accuracy level `first`.
         """
         nominal = dict.fromkeys(map(self.space.build, candidates), 0)
         if first is None:

@@ -297,7 +297,7 @@ class Specification:
         return next(each for each in self.records if case.source in each.sources)
 
     def measured(self, under: Under) -> Measure:
-        """Return the measure that applies under a condition: an amplitude over a band, or a record at a scale."""
+        """Return the measure under a condition. A condition is an amplitude over a band, or a record at a scale."""
         return (RECORD_MEASURES if isinstance(under, Case) else MEASURES)[self.measure.name]
 
     def limit_key(self, limit: str) -> str:

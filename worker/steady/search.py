@@ -218,7 +218,7 @@ def _taking_part(state: State, half: int, scene: Scene, notes: Notes) -> int:
 
 @kernel
 def _is_on_the_way(state: State, mean: Estimate, scene: Scene, notes: Notes) -> bool:
-    """Whether an impact is still to come: the particle moves, but met no wall in the cycles of the mean."""
+    """Whether an impact is still to come: the particle moves, but met no wall in the cycles that the mean covers."""
     if scene.particle is not None:
         before = notes.trace[2 * mean.first, IMPACTS_SO_FAR]
         after = notes.trace[2 * mean.last, IMPACTS_SO_FAR]
