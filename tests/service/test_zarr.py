@@ -35,7 +35,7 @@ def stopped(store: Store) -> tuple[Store, str, Study, Plan]:
     study = _study(40)
     plan = make_plan_of(study, (1, 1, 1, 1, 1, 10))
     record = enter(store, study, plan.chunk)
-    assert store.claim(record.id, "the test", 600.0)
+    assert store.claim(record.id, "the test")
     store.set_state(record.id, "cancelled")
     for index in range(3):
         _write(store, study, plan.block(index), "first")
@@ -83,7 +83,7 @@ def test_a_deleted_study_is_gone_and_no_fill_values(service: Any, client: httpx.
     )
     plan = make_plan_of(study, (1, 1, 1, 1, 1, 2))
     record = enter(store, study, plan.chunk)
-    assert store.claim(record.id, "the test", 600.0)
+    assert store.claim(record.id, "the test")
     for index in range(plan.count):
         _write(store, study, plan.block(index), "first")
     store.set_state(record.id, "done")
@@ -187,7 +187,7 @@ def test_an_etag_changes_with_the_generation_and_old_revisions_are_gone(
     study = _study(20)
     plan = make_plan_of(study, (1, 1, 1, 1, 1, 20))
     study_id = store.submit(study, plan, {})[0].id
-    assert store.claim(study_id, "the test", 600.0)
+    assert store.claim(study_id, "the test")
     store.set_state(study_id, "cancelled")
     _write(store, study, plan.block(0), "first")
     url = f"{STUDIES}/{study_id}/zarr"

@@ -143,7 +143,7 @@ def large(service: Any) -> Iterator[str]:
         }
     )
     record = enter(store, study, (1, 1, 1, 1, STEP, STEP))
-    assert store.claim(record.id, "the test", 600.0)
+    assert store.claim(record.id, "the test")
     store.set_state(record.id, "cancelled")
     put(store, study, *range(SIDE // STEP), generation="first")
     yield record.id
