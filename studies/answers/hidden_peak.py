@@ -251,7 +251,7 @@ def hidden_peaks(
     lead: Mapping[str, Any],
     homes: "Mapping[str, xr.Dataset] | None" = None,
 ) -> list[Note]:
-    """Return a note if a ranked design, or the recommended design, may have a hidden peak.
+    """Return a note if any of the ranked designs, or the recommended one, may have a hidden peak.
 
     Of the ranked designs, at most the first `MOST_PEAKS` are checked.
     """

@@ -41,7 +41,7 @@ WITHIN = 1.1
 
 
 def find_friction(cube: "xr.Dataset", ranked: "xr.Dataset", judging: Judging) -> Refinement:
-    """Return a `Refinement` that requests the damper recommended by a ranking, with friction of the particle.
+    """Request the study that computes the recommended damper with friction of the particle.
 
     Parameters
     ----------
@@ -74,7 +74,7 @@ def find_friction(cube: "xr.Dataset", ranked: "xr.Dataset", judging: Judging) ->
 def _asked(
     cube: "xr.Dataset", ranked: "xr.Dataset", judging: Judging
 ) -> tuple[dict[str, Any], tuple[Study, ...]]:
-    """Return the recommended damper, and the studies that compute it with friction; see `find_friction`."""
+    """Return the recommended damper, and its studies with friction of the particle; see `find_friction`."""
     if kind_of(cube.sizes) is SUITE:
         advice = f"write `{MADE_BY[PARTICLE_FRICTION]}` into the suite"
         raise QueryFault(_refusal("a ground-motion suite", "a study of harmonic excitation", advice))

@@ -396,7 +396,7 @@ class _Known:
         return own, f"No particle needed: friction alone does best, {value} at {design}."
 
     def _built(self, phrases: Phrases) -> str:
-        """Name all values that are needed to build the recommended damper, including fixed values."""
+        """Name all values that a builder of the recommended damper needs, including fixed values."""
         varied = [name for name in self.question.design if self.cube.sizes[name] > 1 and name not in BUILT]
         return ", ".join(phrases.equal(name, self.lead[name], ".3g") for name in (*BUILT, *varied))
 

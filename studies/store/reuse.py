@@ -48,7 +48,7 @@ class Overlaps:
     def __init__(self, store: Store, record: Record, boxes: "Boxes | None" = None) -> None:
         self._store = store
         self._studies: list[_Overlap] = []
-        boxes = boxes or (Boxes(store, record) if record.reuse else None)
+        boxes = (boxes or Boxes(store, record)) if record.reuse else None
         if boxes is not None and not boxes.empty:
             study = parse_stored(record.definition, record.digest)
             near = boxes.near(record, box_of(study))

@@ -287,7 +287,7 @@ def pieces(items: Iterable[Item]) -> Iterator[list[Item]]:
 
 def log_event(connection: Connection, study_id: str, what: str) -> None:
     """Add an event to a study's log."""
-    connection.execute(insert(events).values(study=study_id, at=time.time(), what=what))
+    log_events(connection, {study_id: what})
 
 
 def log_events(connection: Connection, whats: Mapping[str, str]) -> None:

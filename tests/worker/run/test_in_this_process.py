@@ -68,6 +68,14 @@ def test_studies_of_several_blocks_are_computed_together_with_the_bits_of_a_run(
             assert one.tobytes() == two.tobytes()
 
 
+def test_studies_computed_together_take_earlier_points_only_if_they_may(store: Store) -> None:
+    run_here(store, submit(store, linear_study([0.5, 1.5]), 1).id)
+    allowed = {1.0: True, 1.25: False}
+    ids = [submit(store, linear_study([0.5, end]), 1, reuse=reuse).id for end, reuse in allowed.items()]
+    assert compute_together(store, ids, lambda: False) == set(ids)
+    assert [store.find(study_id).points_reused for study_id in ids] == [1, 0]
+
+
 def test_a_block_that_raises_an_exception_fails() -> None:
     def run() -> BlockOutcome:
         raise ArithmeticError("no number")
