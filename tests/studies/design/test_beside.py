@@ -136,13 +136,13 @@ def test_about_a_mass_that_is_given_lighter_and_heavier_ones_are_looked_at(given
     assert recommended == [False, False, True, False, False]
     for each in given.front:
         document = GIVEN | {"particle_mass_kg": each.mass_kg}
-        alone = peaks(document, np.array([each.build.clearance_m]), FRICTION_N, 101).item()
-        # of 101 frequencies none need be at the peak, which is as wide as ζ; what is stated is not exceeded
-        assert 0.98 * each.score.value <= alone <= 1.02 * (each.score.value + each.score.error)
+        alone = peaks(document, np.array([each.build.clearance_m]), FRICTION_N, 961).item()
+        # what is stated is reached; a jump may hide between the frequencies that the search looks at
+        assert 0.99 * each.score.value <= alone <= 1.02 * (each.score.value + each.score.error)
         # a step of a sixteenth of the range to either side, which was looked at, is no better
         ratio = 6.0 ** (1 / 16)
         beside = np.clip(each.build.clearance_m * np.array([1 / ratio, ratio]), 0.002, 0.012)
-        assert peaks(document, beside, FRICTION_N, 101).min() >= 0.98 * each.score.value
+        assert peaks(document, beside, FRICTION_N, 961).min() >= 0.98 * each.score.value
     assert all(each.build.friction_force_n == 30.0 for each in given.front)
     for each in given.front:
         beside = tuned_beside(given.asked, each.mass_kg / 40.0)
