@@ -44,13 +44,6 @@ class Measure:
         return self.variable == "amplitude_ratio"
 
     @property
-    def kind(self) -> str:
-        """Words that distinguish the measure from a plain displacement, such as " rms"; empty if none are needed."""
-        if self.words.endswith("against its base"):
-            return " against the base"
-        return " rms" if self.factor < 1.0 else ""
-
-    @property
     def judged(self) -> str:
         """Name of the minimised value in sentences. If `mean` is true, the name mentions the band."""
         return f"{self.words} over the whole band" if self.mean else self.words

@@ -53,7 +53,6 @@ def make_record_base(
     step: float,
     damping_ratio: float,
     tail: float = 0.0,
-    fastest: float = 1.0,
 ) -> RecordBase:
     """Divide a record into panels: one per time step, or several if the step is too long for the Taylor polynomials.
 
@@ -68,10 +67,8 @@ def make_record_base(
         ζ.
     tail : float
         Time after the last sample during which the base moves at constant velocity [1/ω_n]; rounded up to whole panels.
-    fastest : float
-        Frequency of the fastest motion that the panels must resolve [ω_n].
     """
-    pieces = ceil(step * (1.0 + damping_ratio) * fastest / LARGEST_WINDOW)
+    pieces = ceil(step * (1.0 + damping_ratio) / LARGEST_WINDOW)
     window = step / pieces
     change = np.diff(acceleration)
     starts = acceleration[:-1, None] + change[:, None] * (np.arange(pieces) / pieces)
