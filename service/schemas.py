@@ -3,7 +3,7 @@
 from typing import Any, get_args
 
 from damperlab.service.parameters import described
-from damperlab.service.simulation import HISTORY_CYCLES, SAMPLES
+from damperlab.service.simulation_request import HISTORY_CYCLES, SAMPLES
 from damperlab.studies.field import fields_of
 from damperlab.studies.ground.generated import SCHEMAS
 from damperlab.studies.ground.quantities import QUANTITIES

@@ -150,7 +150,7 @@ MUTANTS = (
         "tests/service/security/test_who_may_ask.py::test_a_session_ends_after_hours_and_with_its_key",
     ),
     Mutant(
-        "service/simulation.py",
+        "service/simulation_request.py",
         'if method == "rk4" and isinstance(contact, DwellContact | CompliantContact):',
         'if method == "rk4" and isinstance(contact, DwellContact):',
         "tests/service/cli/test_cli_refused.py",

@@ -97,7 +97,8 @@ def simulate(
     }
     document["history"] = _history(asked, output, at["frequency_ratio"])
     with working("Reading the design"):
-        from damperlab.service.simulation import compute, decimated, read_simulation, scenes_asked
+        from damperlab.service.simulation import compute, decimated, scenes_asked
+        from damperlab.service.simulation_request import read_simulation
 
         with in_options(OPTIONS):
             checked = read_simulation(document, CYCLES_LIMIT, SAMPLES_LIMIT)

@@ -15,7 +15,8 @@ from damperlab.service.estimates import Readiness, readiness_document
 from damperlab.service.examples import SIMULATE_BODY
 from damperlab.service.problems import documented
 from damperlab.service.routes.strict import strict_router
-from damperlab.service.simulation import Asked, SimulatedDocument, read_simulation, scenes_asked
+from damperlab.service.simulation import SimulatedDocument, scenes_asked
+from damperlab.service.simulation_request import Asked, read_simulation
 from damperlab.service.state import Service, TheService
 from damperlab.service.work.functions import simulation_body
 from damperlab.service.work.later import PROMISED

@@ -5,7 +5,8 @@ from typing_extensions import TypedDict
 
 from damperlab.service.documents import Document
 from damperlab.service.earthquakes import answer_comparison
-from damperlab.service.simulation import Asked, compute
+from damperlab.service.simulation import compute
+from damperlab.service.simulation_request import Asked
 from damperlab.studies.fit.history.question import HistoryQuestion
 from damperlab.studies.fit.question import FitQuestion
 from damperlab.studies.ground.files import Layout, read_record

@@ -16,7 +16,8 @@ from tests.studies.solving import LEAN
 from damperlab.service.client import Client, Study
 from damperlab.service.documents import plain
 from damperlab.service.questions.every import BY_ROUTE
-from damperlab.service.simulation import compute, read_simulation
+from damperlab.service.simulation import compute
+from damperlab.service.simulation_request import read_simulation
 from damperlab.studies.answers.compared_response import compared_response
 from damperlab.studies.answers.fragility import fragility
 from damperlab.studies.answers.frequency_response import frequency_response
