@@ -15,7 +15,7 @@ from damperlab.studies.answers.nearness import within_reach
 from damperlab.studies.answers.notes import sentence_of
 from damperlab.studies.answers.phrases import AMPLITUDE, FREQUENCY, Phrases, noted, said
 from damperlab.studies.answers.query_fault import check_question, refused
-from damperlab.studies.answers.selection import check_free, choose, in_ratios, require_stored
+from damperlab.studies.answers.selection import Lead, check_free, choose, in_ratios, require_stored
 from damperlab.studies.answers.tmd_verdict import brief_of, is_judged, notes_of
 from damperlab.studies.answers.verdict import NEXT_BAND
 from damperlab.studies.brief import Note, notes_document
@@ -23,7 +23,8 @@ from damperlab.studies.faults import describe
 from damperlab.studies.field import At
 from damperlab.studies.kinds import kind_of
 from damperlab.studies.questions import MOST_ABSORBER_MASS, Selection, Tuning
-from damperlab.studies.tmd.transfer import amplitude_ratio, exact_curves, highest, without_absorber
+from damperlab.studies.tmd.absorber import Absorber
+from damperlab.studies.tmd.transfer import Peak, amplitude_ratio, exact_curves, highest, without_absorber
 from damperlab.studies.tmd.tunings import MOST_UNDER_BASE, tuned
 from damperlab.studies.variables import BEFORE, Status
 from damperlab.studies.vocabulary import CRITERIA, Excitation
@@ -88,63 +89,23 @@ def tmd_comparison(
     at = dict(in_ratios(cube, at or {}))
     require_stored(cube, "study", AMPLITUDE, otherwise="")
     check_question(tuning)
-    criterion, mass_ratio = tuning.criterion, tuning.mass_ratio
     excitation = _excitation(cube, tuning.excitation)
-    if mass_ratio is not None:
-        # if the mass of the absorber is given, the particle may have no mass
-        least = LEAST_MASS if tuning.tmd_mass_ratio is None else 0.0
-        _check_mass("mass_ratio", mass_ratio, "correct it, or leave it out to use that of the design", least)
-        # the absorber may have any mass; it is compared with the particle of the nearest mass in the study
-        masses = cube["mass_ratio"].values
-        near = (
-            mass_ratio
-            if within_reach(masses, mass_ratio)
-            else float(np.clip(mass_ratio, masses.min(), masses.max()))
-        )
-        at.setdefault("mass_ratio", near)
+    if tuning.mass_ratio is not None:
+        at.setdefault("mass_ratio", _mass_of_particle(cube, tuning.mass_ratio, tuning.tmd_mass_ratio))
     check_free(cube, at, (FREQUENCY,), "curve")
     choose(cube, at, (FREQUENCY,))
     lead = best_at(cube, at)
-    best = lead.at
-    curve = frequency_response(cube, Selection(AMPLITUDE, {**at, **best}))
-    own = float(curve["mass_ratio"]) if mass_ratio is None else mass_ratio
-    if tuning.tmd_mass_ratio is None:
-        field, mass = "mass_ratio", own
-        _check_mass(
-            field, mass, "the particle of this design has no mass: name the mass of the tuned mass damper"
-        )
-    else:
-        field, mass = "tmd_mass_ratio", tuning.tmd_mass_ratio
-        _check_mass(field, mass, "correct it, or leave it out to use that of the design")
-    if criterion == "h2" and excitation == "base" and mass >= MOST_UNDER_BASE:
-        allowed = f"below {MOST_UNDER_BASE:g} for h2 with a shaken base"
-        raise refused(field, describe(mass), allowed, "choose another criterion")
+    curve = frequency_response(cube, Selection(AMPLITUDE, {**at, **lead.at}))
+    curve = curve.isel({FREQUENCY: np.argsort(curve[FREQUENCY].values)})
+    mass = _mass_of_absorber(curve, tuning, excitation)
     structural = float(curve["damping_ratio"])
-    absorber = tuned(criterion, mass, structural, excitation)
+    absorber = tuned(tuning.criterion, mass, structural, excitation)
     absorber = absorber.detuned(tuning.detuning, tuning.damping_detuning)
-    order = np.argsort(curve[FREQUENCY].values)
-    curve = curve.isel({FREQUENCY: order})
-    r = curve[FREQUENCY].values
-    hybrid = curve[AMPLITUDE].values
-    beside = amplitude_ratio(r, absorber, structural, excitation)
-    answer = curve.rename({AMPLITUDE: "hybrid"})
-    answer["hybrid"].attrs["long_name"] = "amplitude ratio X/Z, the study's damper"
-    for name, values, long_name in (
-        ("tmd", beside, "amplitude ratio X/Z, tuned mass damper"),
-        ("no_damper", without_absorber(r, structural, excitation), "amplitude ratio X/Z, no damper"),
-    ):
-        answer[name] = (FREQUENCY, values, {"units": "1", "long_name": long_name})
-    error = curve["amplitude_error"].values if "amplitude_error" in curve else np.full(r.size, np.nan)
-    top = highest(absorber, structural, excitation, (float(r[0]), float(r[-1])))
-    known = np.isfinite(hybrid)
-    unbounded = curve["status"].values == Status.UNBOUNDED
-    reached = np.where(unbounded, math.inf, hybrid)
-    place = -1 if np.isnan(reached).all() else int(np.nanargmax(reached))
-    peak = float(reached[place])
-    better = known & (hybrid + np.nan_to_num(error) < beside)
+    answer = _with_curves(curve, absorber, excitation)
+    r = answer[FREQUENCY].values
     answer.attrs |= {
-        "criterion": criterion,
-        "criterion_means": CRITERIA[criterion],
+        "criterion": tuning.criterion,
+        "criterion_means": CRITERIA[tuning.criterion],
         "detuning": tuning.detuning,
         "damping_detuning": tuning.damping_detuning,
         "excitation": excitation,
@@ -152,21 +113,89 @@ def tmd_comparison(
         "tmd_tuning": absorber.tuning,
         "tmd_damping_ratio": absorber.damping_ratio,
         "tmd_damping_over_structure": absorber.damping_over_structure,
+        "exact": exact_curves(r, absorber, structural, excitation),
+        "tmd_peak_everywhere": highest(absorber, structural, excitation).value,
+    }
+    answer.attrs |= _compared(answer, highest(absorber, structural, excitation, (float(r[0]), float(r[-1]))))
+    answer.attrs["judged"] = is_judged(answer)
+    if r.size == 1:
+        answer.attrs["next_frequencies"] = dict(NEXT_BAND)
+    return _worded(cube, answer, lead, named=bool(at))
+
+
+def _mass_of_particle(cube: "xr.Dataset", asked: float, of_absorber: float | None) -> float:
+    """Return the mass ratio at which the design is looked up: `asked`, or the end of the study's range next to it."""
+    # if the mass of the absorber is given, the particle may have no mass
+    least = LEAST_MASS if of_absorber is None else 0.0
+    _check_mass("mass_ratio", asked, "correct it, or leave it out to use that of the design", least)
+    # the absorber may have any mass; it is compared with the particle of the nearest mass in the study
+    masses = cube["mass_ratio"].values
+    return asked if within_reach(masses, asked) else float(np.clip(asked, masses.min(), masses.max()))
+
+
+def _mass_of_absorber(curve: "xr.Dataset", tuning: Tuning, excitation: Excitation) -> float:
+    if tuning.tmd_mass_ratio is None:
+        field = "mass_ratio"
+        mass = float(curve["mass_ratio"]) if tuning.mass_ratio is None else tuning.mass_ratio
+        advice = "the particle of this design has no mass: name the mass of the tuned mass damper"
+    else:
+        field, mass = "tmd_mass_ratio", tuning.tmd_mass_ratio
+        advice = "correct it, or leave it out to use that of the design"
+    _check_mass(field, mass, advice)
+    if tuning.criterion == "h2" and excitation == "base" and mass >= MOST_UNDER_BASE:
+        allowed = f"below {MOST_UNDER_BASE:g} for h2 with a shaken base"
+        raise refused(field, describe(mass), allowed, "choose another criterion")
+    return mass
+
+
+def _with_curves(curve: "xr.Dataset", absorber: Absorber, excitation: Excitation) -> "xr.Dataset":
+    """Return the response with the study's damper, with the exact responses with the absorber and without a damper."""
+    r, structural = curve[FREQUENCY].values, float(curve["damping_ratio"])
+    answer = curve.rename({AMPLITUDE: "hybrid"})
+    answer["hybrid"].attrs["long_name"] = "amplitude ratio X/Z, the study's damper"
+    for name, values, damper in (
+        ("tmd", amplitude_ratio(r, absorber, structural, excitation), "tuned mass damper"),
+        ("no_damper", without_absorber(r, structural, excitation), "no damper"),
+    ):
+        answer[name] = FREQUENCY, values, {"units": "1", "long_name": f"amplitude ratio X/Z, {damper}"}
+    return answer
+
+
+def _compared(answer: "xr.Dataset", top: Peak) -> dict[str, Any]:
+    """Return the peaks and the bandwidths of both dampers, and the frequencies at which the hybrid is better.
+
+    Parameters
+    ----------
+    answer : Dataset
+        The curves of `tmd_comparison`.
+    top : Peak
+        The peak with the tuned mass damper within the band.
+    """
+    r, hybrid, tmd = (answer[name].values for name in (FREQUENCY, "hybrid", "tmd"))
+    error = answer["amplitude_error"].values if "amplitude_error" in answer else np.full(r.size, np.nan)
+    known = np.isfinite(hybrid)
+    unbounded = answer["status"].values == Status.UNBOUNDED
+    reached = np.where(unbounded, math.inf, hybrid)
+    place = -1 if np.isnan(reached).all() else int(np.nanargmax(reached))
+    peak = float(reached[place])
+    better = known & (hybrid + np.nan_to_num(error) < tmd)
+    return {
         "band": [float(r[0]), float(r[-1])],
         "hybrid_peak": peak,
         "hybrid_peak_error": float(error[place]),
         "hybrid_peak_at": math.nan if np.isnan(peak) else float(r[place]),
         "tmd_peak": top.value,
         "tmd_peak_at": top.frequency_ratio,
-        "tmd_peak_everywhere": highest(absorber, structural, excitation).value,
         "ratio": peak / top.value,
         "hybrid_bandwidth": _above(r, hybrid, peak / math.sqrt(2)),
-        "tmd_bandwidth": _above(r, beside, top.value / math.sqrt(2)),
-        "exact": exact_curves(r, absorber, structural, excitation),
+        "tmd_bandwidth": _above(r, tmd, top.value / math.sqrt(2)),
         "hybrid_better": runs(r, better),
         "hybrid_better_share": float(better.sum() / (known | unbounded).sum()) if known.any() else math.nan,
     }
-    answer.attrs["judged"] = is_judged(answer)
+
+
+def _worded(cube: "xr.Dataset", answer: "xr.Dataset", lead: Lead, named: bool) -> "xr.Dataset":
+    """Add the verdict and the notes to the comparison; `named` says whether the question named a parameter."""
     notes = notes_of(cube, answer)
     if lead.complete < 1.0:
         notes.append(Note("incomplete", "danger", {"complete": lead.complete}))
@@ -179,16 +208,14 @@ def tmd_comparison(
     def words(phrases: Phrases) -> dict[str, Any]:
         # the units of a study with a shaken base do not apply to amplitudes under a force
         spelled = phrases
-        if excitation != excitation_of(cube):
+        if answer.attrs["excitation"] != excitation_of(cube):
             spelled = Phrases({name: each for name, each in phrases.quantities.items() if name in cube.sizes})
         brief = brief_of(cube, answer, design, notes, spelled)
-        chosen = _say_best(best, lead.called, bool(at), spelled)
+        chosen = _say_best(lead.at, lead.called, named, spelled)
         note = " ".join([*chosen, _words(answer, spelled, notes)])
         return {"verdict": list(brief.sentences), "brief": brief.document(), "note": note}
 
-    if r.size == 1:
-        answer.attrs["next_frequencies"] = dict(NEXT_BAND)
-    answer.attrs |= noted(curve.attrs, said(cube, words)) | {"notes": notes_document(notes)}
+    answer.attrs |= noted(answer.attrs, said(cube, words)) | {"notes": notes_document(notes)}
     return answer
 
 
