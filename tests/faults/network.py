@@ -22,7 +22,7 @@ from tests.faults.machines import Machine, PostgreSQL
 from tests.faults.processes import ObjectServer, Process, WorkerProcess, end_on_sigterm, until_it_works
 from tests.faults.report import Report, traces
 from tests.faults.watching import LOOK_SECONDS, Watching
-from tests.worker.dispatch.test_workers_judged import altered
+from tests.other_solver import altered
 
 from damperlab.studies.store.faults import StoreFault
 from damperlab.studies.store.store import Store
