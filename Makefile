@@ -106,7 +106,7 @@ bench: install-bench ## run time and error of the kernels beside other methods, 
 
 fuzz: install-bench ## requests that the OpenAPI document allows or forbids (CASES for each operation), and 20,000 malformed ones over raw sockets
 	$(BIN)/python -m tests.fuzz --cases $(or $(CASES),100)
-	$(BIN)/python -m tests.fuzz.raw
+	MALFORMED_REQUESTS=20000 $(BIN)/python -m pytest -q tests/service/security/test_malformed.py
 
 contract: install-dev ## what clients rely on in /openapi.json, renewed; a change that breaks them is refused
 	$(BIN)/python -m tests.service.contract

@@ -1,4 +1,4 @@
-"""A second solver: a copy of the sources with one line changed, run as a program of its own."""
+"""Other sources: a copy of the package with one line changed; and a second solver, which is such a copy."""
 
 import json
 import os
@@ -14,8 +14,19 @@ SCALE = 1.0 + 2.0**-40
 """By how much the other solver's amplitudes of linear points are larger."""
 
 
+def altered(folder: Path, file: str, before: str, after: str) -> Path:
+    """Copy the package into a folder, and change one line of one file there; the folder, from which it is imported."""
+    ignored = shutil.ignore_patterns("__pycache__", "kernels")
+    shutil.copytree(ROOT / "src" / "damperlab", folder / "damperlab", ignore=ignored)
+    source = folder / "damperlab" / file
+    text = source.read_text()
+    assert text.count(before) == 1
+    source.write_text(text.replace(before, after))
+    return folder
+
+
 class OtherSolver:
-    """The command line of a copy of the project whose closed form is scaled by `SCALE`.
+    """The command line of a copy of the package whose closed form is scaled by `SCALE`.
 
     Linear points need no kernel, so nothing is compiled for it.
 
@@ -28,19 +39,10 @@ class OtherSolver:
     """
 
     def __init__(self, folder: Path, **environment: str) -> None:
-        for name in ("src", "studies", "worker", "service"):
-            shutil.copytree(
-                ROOT / name, folder / name, symlinks=True, ignore=shutil.ignore_patterns("__pycache__")
-            )
-        block = folder / "worker" / "block.py"
-        text = block.read_text()
-        line = "            values[name][linear] = column\n"
-        assert text.count(line) == 1
-        changed = (
-            f"            values[name][linear] = column * ({SCALE!r} if name == 'amplitude_ratio' else 1.0)\n"
-        )
-        block.write_text(text.replace(line, changed))
-        self._environment = {**os.environ, **environment, "PYTHONPATH": str(folder / "src")}
+        line = "values[name][linear] = column\n"
+        scaled = f"values[name][linear] = column * ({SCALE!r} if name == 'amplitude_ratio' else 1.0)\n"
+        altered(folder, "worker/block.py", line, scaled)
+        self._environment = {**os.environ, **environment, "PYTHONPATH": str(folder)}
 
     def run(self, *arguments: str, allowed: tuple[int, ...] = (0,)) -> dict[str, Any]:
         """Run `damperlab` with arguments and ``--json``; give what it prints."""

@@ -29,6 +29,8 @@ from damperlab.worker.dispatch.workers import Workers
 MEASURED = Path(__file__).with_name("run_time.npz")
 ENDS = (1.0, 25.0), (0.0, 0.8), (0.8, 1.2)
 """Of the measured clearance ratios, friction ratios and frequency ratios."""
+REPLACE_SECONDS = 60.0
+"""Until another worker comes for one that is gone."""
 HANDING_SECONDS = 3.4e-3
 """The scheduler takes so long for each block, one after the other (`tests/benchmarks/scale.py`)."""
 TRAVEL_SECONDS = 0.01
@@ -48,10 +50,6 @@ class Model:
         How many, always: one that is gone is replaced.
     life_seconds : float
         Mean life of a worker, exponentially distributed.
-    replace_seconds : float
-        After how long another comes.
-    handing_seconds : float
-        The scheduler takes for each block, one after the other.
     """
 
     def __init__(
@@ -60,19 +58,16 @@ class Model:
         truth: Callable[[int], float],
         workers: int,
         life_seconds: float = math.inf,
-        replace_seconds: float = 60.0,
-        handing_seconds: float = HANDING_SECONDS,
     ) -> None:
         self.workers = policy
         self._truth = truth
-        self._life, self._replace = life_seconds, replace_seconds
+        self._life = life_seconds
         self._events: list[tuple[float, int, str, str]] = []
         self._count = 0
         self._random = np.random.default_rng(1)
         self._threads: dict[str, int] = {}
         self._began: dict[str, float] = {}
         self._there: dict[str, float] = {}
-        self._handing = handing_seconds
         self._looks = False
         self.now = self.lost = self.done = self._handed = 0.0
         self.decisions = 0
@@ -111,8 +106,7 @@ class Model:
 
     def _at(self, when: float, what: str, name: str) -> None:
         self._count += 1
-        if math.isfinite(when):
-            heapq.heappush(self._events, (when, self._count, what, name))
+        heapq.heappush(self._events, (when, self._count, what, name))
 
     def _lose(self, name: str) -> None:
         del self._threads[name]
@@ -120,7 +114,7 @@ class Model:
             if key in self._began:
                 self.lost += max(0.0, self.now - self._began.pop(key))
             self._there.pop(key, None)
-        self._at(self.now + self._replace, "hire", "")
+        self._at(self.now + REPLACE_SECONDS, "hire", "")
         self._send()
 
     def _end(self, key: str) -> None:
@@ -149,7 +143,7 @@ class Model:
             self.decisions += 1
             key = f"b-{self.decisions}"
             self.workers.sent(key, address, attempt)
-            self._handed = max(self._handed, self.now) + self._handing
+            self._handed = max(self._handed, self.now) + HANDING_SECONDS
             self._there[key] = self._handed + TRAVEL_SECONDS
             if len(self.workers.states[address].held) == 1:
                 self._begin(address, key)
@@ -234,7 +228,7 @@ def estimates(refined: int) -> dict[str, float]:
     return {"first": plan.seconds, "family": factor * plan.seconds, "true": float(Replay(plan).blocks.sum())}
 
 
-def vast(workers: int = 10_000, life_seconds: float = 3600.0) -> dict[str, Any]:
+def vast(workers: int) -> dict[str, Any]:
     """10⁸ points in the most blocks that a plan has, on workers that live one hour each."""
     axes = {
         "clearance_ratio": {"start": 1, "stop": 25, "num": 500},
@@ -245,7 +239,7 @@ def vast(workers: int = 10_000, life_seconds: float = 3600.0) -> dict[str, Any]:
     truth = plan.block_seconds * np.random.default_rng(2).lognormal(0.0, 0.5, plan.count)
     began = time.process_time()
     policy = Workers(plan.order(), plan.block_seconds)
-    model = Model(policy, lambda index: float(truth[index]), workers, life_seconds)
+    model = Model(policy, lambda index: float(truth[index]), workers, 3600.0)
     model.run()
     cpu = time.process_time() - began
     return {
@@ -261,26 +255,11 @@ def vast(workers: int = 10_000, life_seconds: float = 3600.0) -> dict[str, Any]:
     }
 
 
-def killed(workers: int = 24, blocks: int = 240, seconds: float = 2.0) -> dict[str, Any]:
-    """Half of the workers are gone at a third of the run, and none comes back; beside the ideal time."""
-    truth = np.full(blocks, seconds) * np.random.default_rng(3).lognormal(0.0, 0.3, blocks)
-    model = Model(
-        Workers(range(blocks)), lambda index: float(truth[index]), workers, replace_seconds=math.inf
-    )
-    at = truth.sum() / workers / 3
-    for name in list(model._threads)[: workers // 2]:
-        model._at(at, "gone", name)
-    model.run()
-    ideal = at + (truth.sum() - workers * at) / (workers / 2)
-    return {"seconds": model.now, "ideal": ideal, "over": model.now / ideal - 1.0}
-
-
 def run() -> dict[str, Any]:
     """All of it."""
     return {
         "estimates": [estimates(refined) for refined in (1, 2, 4)],
         "busy": [busy(refined, workers) for refined in (1, 2, 4, 8) for workers in (2, 8, 32, 128)],
-        "half_killed": killed(),
         "vast": [vast(workers) for workers in (1_000, 10_000)],
     }
 

@@ -45,7 +45,7 @@ class Campaign(Watching):
     """One campaign."""
 
     def __init__(
-        self, folder: Path, seed: int, database: Database | None, objects: ObjectServer | None, rows: int
+        self, folder: Path, seed: int, database: Database | None, objects: ObjectServer | None
     ) -> None:
         self._folder = folder
         scheduler, self._port = free_port(), free_port()
@@ -89,7 +89,7 @@ class Campaign(Watching):
             objects.address if objects else None,
         )
         backend = f"{'PostgreSQL' if database else 'SQLite'}, {'S3' if objects else 'disk'}"
-        super().__init__(store, f"http://127.0.0.1:{self._port}", rows, Report(backend, seed))
+        super().__init__(store, f"http://127.0.0.1:{self._port}", Report(backend, seed))
         self._care = Care(folder, self._store, database.address if database else "", **secrets)
         self._victims["care"] = [self._care]
         self._victims["all"] = [each for kind in self._victims.values() for each in kind]
@@ -97,12 +97,12 @@ class Campaign(Watching):
         catalogue = {"DAMPERLAB_CATALOGUE": settings["DAMPERLAB_CATALOGUE"]} if database else {}
         self._deeds = Deeds(folder, self._store, study_of, **secrets, **catalogue)
 
-    def run(self, kills: int, patience: float) -> Report:
-        """Kill so often, let the last studies end within `patience` seconds, and compare."""
+    def run(self, kills: int) -> Report:
+        """Kill so often, let the last studies end, and compare."""
         weights = {name: weight for name, weight in VICTIMS.items() if name in self._victims}
         drawn = (self._random.choices(list(weights), list(weights.values()))[0] for _ in range(kills))
         try:
-            self.suffer(drawn, (0.0, 5.0), patience)
+            self.suffer(drawn, (0.0, 5.0))
         finally:
             # the servers go on: what they hold is read below
             for name in ("care", "service", "worker", "scheduler"):
@@ -145,7 +145,7 @@ class Campaign(Watching):
         report.seconds = round(time.monotonic() - self._began, 1)
 
 
-def run_campaign(kills: int, seed: int, patience: float, rows: int, *, postgresql: bool, s3: bool) -> Report:
+def run_campaign(kills: int, seed: int, *, postgresql: bool, s3: bool) -> Report:
     """Run a campaign in a temporary folder; where it fails, the folder stays and is named."""
     with traces("faults") as (folder, reports), ExitStack() as stack:
         database = stack.enter_context(closing(Database(folder / "postgresql"))) if postgresql else None
@@ -156,7 +156,7 @@ def run_campaign(kills: int, seed: int, patience: float, rows: int, *, postgresq
             # this process reads the bucket too
             os.environ.update(objects.environment)
             objects.wait()
-        report = Campaign(folder, seed, database, objects, rows).run(kills, patience)
+        report = Campaign(folder, seed, database, objects).run(kills)
         reports.append(report)
     return report
 
@@ -166,8 +166,6 @@ def main() -> int:
     parser = argparse.ArgumentParser(description=__doc__.splitlines()[0])
     parser.add_argument("--kills", type=int, default=200)
     parser.add_argument("--seed", type=int, default=1)
-    parser.add_argument("--patience", type=float, default=300.0, help="for the last studies, in seconds")
-    parser.add_argument("--rows", type=int, default=200, help="size of a study, in rows of 160 points")
     parser.add_argument("--postgresql", action="store_true", help="the catalogue in PostgreSQL, not SQLite")
     parser.add_argument("--s3", action="store_true", help="the cubes in an S3 server instead of a folder")
     arguments = parser.parse_args()

@@ -22,7 +22,7 @@ from tests.faults.machines import Machine, PostgreSQL
 from tests.faults.processes import ObjectServer, Process, WorkerProcess, end_on_sigterm, until_it_works
 from tests.faults.report import Report, traces
 from tests.faults.watching import LOOK_SECONDS, Watching
-from tests.worker.dispatch.test_workers_judged import altered
+from tests.other_solver import altered
 
 from damperlab.studies.store.faults import StoreFault
 from damperlab.studies.store.store import Store
@@ -59,7 +59,7 @@ SCHEDULER_PORT, SERVICE_PORT = 8786, 8000
 class Campaign(Watching):
     """One campaign."""
 
-    def __init__(self, folder: Path, found: Sequence[Host], seed: int, rows: int) -> None:
+    def __init__(self, folder: Path, found: Sequence[Host], seed: int) -> None:
         storage, scheduling, service, *working, stranger = found
         self._folder = folder
         self._stranger = stranger
@@ -124,13 +124,12 @@ class Campaign(Watching):
         places = folder / "data", database.address, objects.address
         store = until_it_works(lambda: Store.open(*places), StoreFault, 60.0)
         url = f"http://{service.address}:{SERVICE_PORT}"
-        super().__init__(store, url, rows, Report("PostgreSQL, S3, seven hosts", seed))
+        super().__init__(store, url, Report("PostgreSQL, S3, seven hosts", seed))
 
-    def run(self, faults: int | Sequence[str], patience: float) -> Report:
+    def run(self, faults: int) -> Report:
         """Let so many faults happen, let every study end, and compare."""
         try:
-            drawn = self._draw(faults) if isinstance(faults, int) else faults
-            self.suffer(drawn, BETWEEN_SECONDS, patience)
+            self.suffer(self._draw(faults), BETWEEN_SECONDS)
             while not all(machine.plugged for machine in self._machines):
                 self.go_on(LOOK_SECONDS, submit=False)
         finally:
@@ -203,7 +202,7 @@ class Campaign(Watching):
         report.seconds = round(time.monotonic() - self._began, 1)
 
 
-def run_campaign(faults: int | Sequence[str], seed: int, patience: float, rows: int) -> Report:
+def run_campaign(faults: int, seed: int) -> Report:
     """Run a campaign in a temporary folder; where it fails, the folder stays and is named.
 
     Raises
@@ -216,8 +215,8 @@ def run_campaign(faults: int | Sequence[str], seed: int, patience: float, rows: 
         # the database's own user must get there
         folder.chmod(0o755)
         found[-1].enter()
-        with closing(Campaign(folder, found[:-1], seed, rows)) as campaign:
-            report = campaign.run(faults, patience)
+        with closing(Campaign(folder, found[:-1], seed)) as campaign:
+            report = campaign.run(faults)
         reports.append(report)
     return report
 
@@ -226,18 +225,11 @@ def main() -> int:
     """Run a campaign and print its report."""
     parser = argparse.ArgumentParser(description=__doc__.splitlines()[0])
     parser.add_argument("--faults", type=int, default=50)
-    parser.add_argument(
-        "--only", action="append", choices=FAULTS, help="these, one after the other, in place of drawn ones"
-    )
     parser.add_argument("--seed", type=int, default=1)
-    parser.add_argument("--patience", type=float, default=600.0, help="for the last studies, in seconds")
-    parser.add_argument("--rows", type=int, default=300, help="size of a study, in rows of 160 points")
     arguments = parser.parse_args()
     end_on_sigterm()
     try:
-        report = run_campaign(
-            arguments.only or arguments.faults, arguments.seed, arguments.patience, arguments.rows
-        )
+        report = run_campaign(arguments.faults, arguments.seed)
     except NoHosts as error:
         print(error, file=sys.stderr)
         return 2

@@ -31,6 +31,8 @@ from damperlab.worker.block import solve_block
 from damperlab.worker.provenance import provenance
 
 URL = "/api/v1/studies"
+PATIENCE_SECONDS = 1200.0
+"""Longest time of a campaign."""
 
 
 @dataclass
@@ -135,14 +137,14 @@ class Writer:
         self._submit()
 
 
-def run_reading(reads: int, seed: int, patience: float) -> Reading:
+def run_reading(reads: int, seed: int) -> Reading:
     """Read so many slices in all, each kind of reader its share."""
     with traces("reading") as (folder, reports):
-        reports.append(_read_in(folder, reads, seed, patience))
+        reports.append(_read_in(folder, reads, seed))
     return cast(Reading, reports[0])
 
 
-def _read_in(folder: Path, reads: int, seed: int, patience: float) -> Reading:
+def _read_in(folder: Path, reads: int, seed: int) -> Reading:
     scheduler, port = free_port(), free_port()
     address, url = f"tcp://127.0.0.1:{scheduler}", f"http://127.0.0.1:{port}"
     settings = {
@@ -186,7 +188,9 @@ def _read_in(folder: Path, reads: int, seed: int, patience: float) -> Reading:
                 )
             )  # fmt: skip
         told = time.monotonic()
-        while any(reader.poll() is None for reader in readers) and time.monotonic() < began + patience:
+        while (
+            any(reader.poll() is None for reader in readers) and time.monotonic() < began + PATIENCE_SECONDS
+        ):
             writer.change()
             if time.monotonic() > told + 10.0:
                 told = time.monotonic()
@@ -224,10 +228,9 @@ def main() -> int:
     parser = argparse.ArgumentParser(description=__doc__.splitlines()[0])
     parser.add_argument("--reads", type=int, default=10_000)
     parser.add_argument("--seed", type=int, default=1)
-    parser.add_argument("--patience", type=float, default=1200.0, help="longest time, in seconds")
     arguments = parser.parse_args()
     end_on_sigterm()
-    result = run_reading(arguments.reads, arguments.seed, arguments.patience)
+    result = run_reading(arguments.reads, arguments.seed)
     for text, count in Counter(result.wrong).most_common(20):
         print(f"{count} times: {text}", file=sys.stderr)
     print(result.table())

@@ -23,6 +23,10 @@ FAULTS_WITHOUT_A_BLOCK = 6
 """After so many the next one waits until a block is done."""
 LOOK_SECONDS = 0.2
 """Between two looks at processes and done-marks."""
+PATIENCE_SECONDS = 600.0
+"""In which the last studies end."""
+ROWS = 200
+"""Size of a study, in rows of 160 points."""
 TELL_SECONDS = 10.0
 """Between two lines of progress."""
 
@@ -57,8 +61,8 @@ class Watching(ABC):
         """Whether something beside the studies has not ended yet."""
         return False
 
-    def suffer(self, faults: Iterable[str], between: tuple[float, float], patience: float) -> None:
-        """Let faults happen, one after the other, and every study end within `patience` seconds."""
+    def suffer(self, faults: Iterable[str], between: tuple[float, float]) -> None:
+        """Let faults happen, one after the other, and every study end."""
         # a worker that is killed again and again before it has compiled would never get anywhere
         solve_block(study_of(0, 2), Block.whole((1, 1, 1, 1, 1, 2)))
         happened: Counter[str] = Counter()
@@ -71,7 +75,7 @@ class Watching(ABC):
             happened[fault] += 1
             self._unrewarded += 1
             self._report.kills = dict(happened)
-        give_up = time.monotonic() + patience
+        give_up = time.monotonic() + PATIENCE_SECONDS
         while (self._going_on() or self.pending()) and time.monotonic() < give_up:
             self.go_on(LOOK_SECONDS, submit=False)
 
@@ -89,8 +93,8 @@ class Watching(ABC):
                 return
             time.sleep(min(LOOK_SECONDS, left))
 
-    def __init__(self, store: Store, url: str, rows: int, report: Report) -> None:
-        self._store, self._url, self._rows, self._report = store, url, rows, report
+    def __init__(self, store: Store, url: str, report: Report) -> None:
+        self._store, self._url, self._report = store, url, report
         self._random = random.Random(report.seed)
         self._marks: dict[str, dict[int, str]] = {}
         self._studies: dict[str, Study] = {}
@@ -127,7 +131,7 @@ class Watching(ABC):
         except StoreFault:
             return
         number = len(self._studies)
-        study = study_of(number, self._rows)
+        study = study_of(number, ROWS)
         status, answer = ask("POST", f"{self._url}/api/v1/studies", study.document())
         if status in (200, 201, 202):
             self._studies[str(answer["id"])] = study

@@ -89,7 +89,7 @@ def something_to_ask(url: str, there: Path) -> Iterator[None]:
         keeper.join()
 
 
-def run(running: Running, folder: str, program: str, cases: int, more: list[str]) -> int:
+def run(running: Running, folder: str, cases: int) -> int:
     """Run schemathesis over one service; its exit status."""
     there = Path(folder) / "there.json"
     with something_to_ask(running.url, there):
@@ -100,10 +100,11 @@ def run(running: Running, folder: str, program: str, cases: int, more: list[str]
             "PYTHONHASHSEED": "0",
             "PYTHONPATH": str(HERE),
         }
+        program = Path(sys.executable).with_name("schemathesis")
         command = [
-            program, "--config-file", str(HERE / "schemathesis.toml"), "run", f"{running.url}/openapi.json",
+            str(program), "--config-file", str(HERE / "schemathesis.toml"), "run", f"{running.url}/openapi.json",
             "--max-examples", str(cases), "--continue-on-failure", "--suppress-health-check", "all",
-            "--request-timeout", "300", *more,
+            "--request-timeout", "300",
         ]  # fmt: skip
         return subprocess.run(command, env=environment, cwd=folder, check=False).returncode
 
@@ -114,14 +115,13 @@ def main() -> None:
     parser.add_argument(
         "--cases", type=int, default=20, help="cases for each of the operations, in each phase"
     )
-    parser.add_argument("--schemathesis", default=str(Path(sys.executable).with_name("schemathesis")))
-    asked, more = parser.parse_known_args()
+    asked = parser.parse_args()
     with tempfile.TemporaryDirectory() as folder:
         running = start_service(
             Path(folder) / "data", Path(folder) / "log", DAMPERLAB_WORK_SECONDS="10", DAMPERLAB_ACCESS="auto"
         )
         try:
-            status = run(running, folder, asked.schemathesis, asked.cases, more)
+            status = run(running, folder, asked.cases)
         finally:
             stopped = running.stop()
         log = (Path(folder) / "log").read_text()

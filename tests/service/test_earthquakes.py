@@ -5,7 +5,6 @@ from typing import Any
 import httpx
 import numpy as np
 import pytest
-import xarray as xr
 
 from damperlab.studies.ground.motion import GroundMotion
 from damperlab.worker.ground.response_spectrum import response_spectrum
@@ -126,7 +125,6 @@ def test_a_record_that_is_not_there_is_not_shown(client: httpx.Client) -> None:
 
 STUDIES = "/api/v1/studies"
 SAMPLES = "time (s), acceleration (g)\n" + "".join(f"{0.02 * i:.2f}, {(-1) ** i * 0.1}\n" for i in range(60))
-PEAK = "peak_relative_displacement_m"
 
 
 def test_it_is_kept_once_and_says_what_it_is(client: httpx.Client, suite: dict[str, Any]) -> None:
@@ -141,39 +139,6 @@ def test_it_is_kept_once_and_says_what_it_is(client: httpx.Client, suite: dict[s
     assert "event: end" in client.get(f"{STUDIES}/{suite['id']}/events").text
     axes = client.get(f"{STUDIES}/{suite['id']}/axes").json()["axes"]
     assert axes["record"] == ["northridge-090", "northridge-360"]
-
-
-def test_a_map_and_a_ranking_are_of_the_worst_record_or_the_one_that_is_named(
-    client: httpx.Client, service: Any, suite: dict[str, Any]
-) -> None:
-    cube = xr.open_zarr(f"{service.url}{STUDIES}/{suite['id']}/zarr", chunks=None)[PEAK].squeeze().load()
-    path = f"{STUDIES}/{suite['id']}/resonance-map"
-    asked: dict[str, Any] = {"x": "clearance_m", "y": "friction_force_n"}
-    worst = client.get(path, params={**asked, "scale": 3}).raise_for_status().json()
-    at_three = cube.sel(scale=3).transpose("record", "friction_force_n", "clearance_m")
-    np.testing.assert_array_equal(worst["values"], at_three.max("record"))
-    assert (worst["metric"], worst["units"], worst["over"]) == (PEAK, "m", "record")
-    np.testing.assert_array_equal(worst["record_at"], at_three["record"].values[at_three.values.argmax(0)])
-    one = client.get(path, params={**asked, "scale": 3, "record": "northridge"}).json()
-    np.testing.assert_array_equal(one["values"], at_three.sel(record="northridge-090"))
-    both = client.get(path, params={**asked, "over": "scale"}).json()
-    every = cube.transpose("scale", "record", "friction_force_n", "clearance_m")
-    np.testing.assert_array_equal(both["values"], every.max(("scale", "record")))
-    assert (both["over"], both["worst_over"]) == ("scale", "record")
-    scales = client.get(path, params={"x": "scale", "y": "clearance_m", "metric": "status"}).json()
-    assert scales["values"] == [[0, 0]] * 3
-
-    path = f"{STUDIES}/{suite['id']}/optimal-designs"
-    answer = client.get(path, params={"top": 3}).raise_for_status().json()
-    values = np.sort(cube.max(("record", "scale")).values, axis=None)
-    assert [one["value"] for one in answer["designs"]] == values[:3].tolist()
-    best = answer["designs"][0]
-    where = {name: best[name] for name in ("record", "scale", "clearance_m", "friction_force_n")}
-    assert float(cube.sel(where)) == best["value"]
-    some = {"record": "northridge-360", "scale": "1,1", "clearance_m": "0.002,1", "metric": "impacts"}
-    answer = client.get(path, params=some).raise_for_status().json()
-    assert {(one["record"], one["scale"]) for one in answer["designs"]} == {("northridge-360", 1.0)}
-    assert answer["designs_total"] == 4
 
 
 def test_an_uploaded_record_stays_with_its_study(service: Any, client: httpx.Client, helpers: Any) -> None:

@@ -1,6 +1,7 @@
 """What clients of the HTTP interface rely on: the promises of the OpenAPI document as last released, and what breaks them."""
 
 import json
+from collections import Counter
 from functools import cache
 from pathlib import Path
 from typing import Any
@@ -75,8 +76,8 @@ def promised_before() -> dict[str, Any]:
 
 
 def keep(document: dict[str, Any]) -> None:
-    """Write the copy."""
-    COPY.write_text(_laid_out(promised(document)) + "\n")
+    """Write the copy, in which a long schema stands once."""
+    COPY.write_text(_laid_out(_once(promised(document))) + "\n")
 
 
 def _operation(operation: dict[str, Any]) -> dict[str, Any]:
@@ -114,6 +115,50 @@ def _schema(schema: dict[str, Any]) -> dict[str, Any]:
         if key in schema:
             found[key] = _schema(schema[key]) if isinstance(schema[key], dict) else schema[key]
     return found
+
+
+def _once(promises: dict[str, Any]) -> dict[str, Any]:
+    """Give a schema that takes several lines at several places a name, that of its first place, and refer to it there."""
+    schemas = promises["components"]["schemas"]
+    places: Counter[str] = Counter()
+    names: dict[str, str] = {}
+    named: dict[str, Any] = {}
+
+    def text(part: Any) -> str:
+        return json.dumps(part, sort_keys=True)
+
+    def count(part: Any) -> None:
+        if isinstance(part, list):
+            for each in part:
+                count(each)
+        elif isinstance(part, dict):
+            places[text(part)] += 1
+            if places[text(part)] == 1:
+                count(list(part.values()))
+
+    def within(part: Any, place: str) -> Any:
+        """Refer to the schemas within a schema, or within what holds some."""
+        if isinstance(part, list):
+            return [put(each, place) for each in part]
+        if not isinstance(part, dict):
+            return part
+        fields = {name: put(each, f"{place}.{name}") for name, each in part.get("properties", {}).items()}
+        rest = {key: put(each, place) for key, each in part.items() if key != "properties"}
+        return rest | ({"properties": fields} if fields else {})
+
+    def put(part: Any, place: str) -> Any:
+        whole = text(part)
+        if places[whole] < 2 or len(whole) <= WIDTH or not part.keys() & {"type", "anyOf"}:
+            return within(part, place)
+        if whole not in names:
+            names[whole] = f"{place} {len(named)}" if place in schemas.keys() | named.keys() else place
+            named[names[whole]] = None  # for what it holds has another name
+            named[names[whole]] = within(part, place)
+        return {"$ref": f"#/components/schemas/{names[whole]}"}
+
+    count(promises)
+    referring = {name: within(each, name) for name, each in schemas.items()}
+    return {"paths": within(promises["paths"], "Route"), "components": {"schemas": referring | named}}
 
 
 def _laid_out(value: Any, indent: str = "") -> str:

@@ -1,6 +1,7 @@
 """Malformed heads and bodies over real sockets: each is answered, none by a failure."""
 
 import json
+import os
 from typing import Any
 
 import httpx
@@ -9,6 +10,8 @@ from hypothesis import HealthCheck, given, settings
 from hypothesis import strategies as st
 from tests.service.security.raw import ask, host_of
 
+REQUESTS = int(os.environ.get("MALFORMED_REQUESTS", "120"))
+"""How many are sent; `make fuzz` sends 20,000."""
 METHODS = [b"GET", b"POST", b"DELETE", b"HEAD", b"PUT", b"OPTIONS", b"get", b"", b"B\x00D", b"\xff"]
 PATHS = [
     b"/",
@@ -133,7 +136,7 @@ def warm_service(service: Any, client: httpx.Client) -> Any:
 
 
 @settings(
-    max_examples=120,
+    max_examples=REQUESTS,
     deadline=None,
     derandomize=True,
     suppress_health_check=[HealthCheck.function_scoped_fixture, HealthCheck.too_slow],

@@ -69,6 +69,22 @@ def test_a_suite_of_which_a_part_is_computed_recommends_no_damper() -> None:
     assert told == "No damper qualifies. Left out of 9 dampers: 9 not computed yet."
 
 
+def test_a_map_is_of_the_worst_record_and_names_it_or_of_the_one_that_is_named() -> None:
+    cube = made()
+    cube[PEAK].loc[{RECORD: "two", "clearance_m": 0.02}] *= 4.0
+    axes = ("clearance_m", "friction_force_n")
+    both = cube[PEAK].squeeze().transpose(RECORD, *axes[::-1])
+    worst = resonance_map(cube, *axes)
+    np.testing.assert_array_equal(worst[PEAK], both.max(RECORD))
+    np.testing.assert_array_equal(worst[f"{RECORD}_at"], [["one", "one", "two"]] * 3)
+    for name in ("one", "two"):
+        alone = resonance_map(cube, *axes, Selection(at={RECORD: name}))
+        np.testing.assert_array_equal(alone[PEAK], both.sel({RECORD: name}))
+        ranked = worst_case_designs(cube, ranking=Ranking(records=(name,)))
+        np.testing.assert_array_equal(ranked["value"], np.sort(both.sel({RECORD: name}), axis=None))
+        assert set(ranked[RECORD].values) == {name}
+
+
 def test_tables_are_in_mm() -> None:
     cube = made()
     phrases = Phrases.of(cube)

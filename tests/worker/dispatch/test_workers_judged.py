@@ -1,7 +1,6 @@
 """Clusters of other people's machines: whoever cannot compute a study is left out by name, and the study goes on."""
 
 import os
-import shutil
 import threading
 import time
 from collections.abc import Iterator
@@ -11,6 +10,7 @@ from pathlib import Path
 
 import numpy as np
 import pytest
+from tests.other_solver import altered
 from tests.worker.dask_processes import dask_process, scheduler_process
 from tests.worker.run_here import (
     BLOCKS,
@@ -41,18 +41,6 @@ def worker(address: str, *options: str, cwd: Path = ROOT, hidden: Path | None = 
     arguments = (address, "--nthreads=1", "--no-dashboard", *options)
     with dask_process("worker", *arguments, cwd=cwd, hidden=hidden):
         yield
-
-
-def altered(folder: Path, file: str, before: str, after: str) -> Path:
-    """A copy of the package in which one file is another."""
-    shutil.copytree(
-        ROOT / "src" / "damperlab", folder / "damperlab", ignore=shutil.ignore_patterns("kernels")
-    )
-    source = folder / "damperlab" / file
-    text = source.read_text()
-    assert before in text
-    source.write_text(text.replace(before, after))
-    return folder
 
 
 def test_worker_without_keys_to_the_store_cannot_begin_whatever_the_points_are(
