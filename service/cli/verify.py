@@ -34,12 +34,13 @@ def verify(
     """Compare every stored file with its checksum. The exit status is 1 if anything is damaged."""
     store = open_store(data_dir)
     records = _every(store) if study is None else iter([find_study(store, study)])
-    from damperlab.studies.store.care.verify import check_catalogue
+    from damperlab.studies.store.care.verify import check_catalogue, unfinished_submissions
     from damperlab.studies.store.faults import StudyNotFound
 
     with working("Reading the catalogue"):
         catalogue = list(check_catalogue(store)) if study is None else []
-    for line in catalogue:
+        unfinished = unfinished_submissions(store) if study is None else []
+    for line in [*catalogue, *unfinished]:
         note(f"damperlab: {line}")
     with Computer(store, means) as computer:
         answers = []
@@ -50,7 +51,7 @@ def verify(
                 if study is not None:
                     raise  # otherwise the study was deleted after the list of studies was read
     if as_json:
-        print_json({"studies": answers, "catalogue": catalogue})
+        print_json({"studies": answers, "catalogue": catalogue, "unfinished": unfinished})
     elif study is None:
         blocks, damaged = (
             sum(each["blocks"] for each in answers),

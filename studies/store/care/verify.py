@@ -6,7 +6,6 @@ repaired from the catalogue. A block whose file is damaged is computed again.
 
 import json
 import math
-import time
 from collections.abc import Callable, Iterator, Mapping, Sequence
 from dataclasses import dataclass
 from typing import Any
@@ -21,6 +20,7 @@ from damperlab.studies.ground.suite import Suite
 from damperlab.studies.store.catalogue.home import cube_name, holds_results, parse_cube_name
 from damperlab.studies.store.catalogue.rows import (
     ALIVE,
+    NEVER_ENTERED,
     claim_owner,
     last_event,
     record_of,
@@ -46,10 +46,6 @@ from damperlab.studies.store.record import Record
 from damperlab.studies.store.store import Store
 from damperlab.studies.vocabulary import ENDED
 
-UNDER_WAY_SECONDS = 5.0
-"""Longest time to wait until the study of a new cube is in the catalogue [s]. A submission creates the cube first."""
-LOOK_SECONDS = 0.1
-"""Time between two checks whether the catalogue contains the study [s]."""
 _TRIES = 5  # number of times that a study is read again because it changed meanwhile
 _HEADER_COLUMNS = ("points", "failed", "reused", "checksum")
 
@@ -195,34 +191,41 @@ def check_catalogue(store: Store, pause: Callable[[], None] = lambda: None) -> I
         yield from _apart(store, names, pause)
 
 
-def _unknown(store: Store, cubes: Mapping[str, tuple[str, int]]) -> tuple[Sequence[Any], list[str]]:
-    """Return the rows of the studies, and the names of cubes without a study.
+def unfinished_submissions(store: Store) -> list[str]:
+    """Return one sentence for each cube without results whose number is reserved, and whose study is not in the catalogue.
 
-    A submission creates the cube before it adds the study to the catalogue, so wait for the study up to
-    `UNDER_WAY_SECONDS`.
+    A submission creates the cube before it enters the study, so the submission is under way or was interrupted. If the
+    catalogue lost the entry of a study, it looks the same. Therefore each sentence also says how to restore a study.
     """
-    until = time.monotonic() + UNDER_WAY_SECONDS
-    while True:
-        with store.catalogue.reading() as connection:
-            rows = connection.execute(select(studies.c.id, studies.c.number, studies.c.deleted)).all()
-        known = {cube_name(row.id, row.number) for row in rows}
-        unknown = [name for name in cubes if name not in known]
-        reserved = {row.number for row in rows if not row.id}
-        if reserved.isdisjoint(cubes[name][1] for name in unknown) or time.monotonic() > until:
-            return rows, unknown
-        time.sleep(LOOK_SECONDS)
+    with using(store.shelf.address):
+        names = sorted(store.shelf.shelves())
+    with store.catalogue.reading() as connection:
+        reserved = set(connection.execute(select(studies.c.number).where(NEVER_ENTERED)).scalars())
+    return [
+        f"cube {name} belongs to a submission that has not ended, or was interrupted. If its study is missing, "
+        "`damperlab store rebuild` adds the study; otherwise `damperlab store gc` removes the cube."
+        for name in names
+        if (parsed := parse_cube_name(name))
+        and parsed[1] in reserved
+        and not holds_results(store.shelf.at(name))
+    ]
 
 
 def _apart(store: Store, names: Sequence[str], pause: Callable[[], None]) -> Iterator[str]:
     """Yield a message for each lost cube, and for each study, deletion or final state that the catalogue has lost."""
     cubes = {name: parsed for name in names if (parsed := parse_cube_name(name))}
-    rows, unknown = _unknown(store, cubes)
+    with store.catalogue.reading() as connection:
+        rows = connection.execute(select(studies.c.id, studies.c.number, studies.c.deleted)).all()
     alive = {row.id: row.number for row in rows if row.deleted is None}
+    known = {cube_name(row.id, row.number) for row in rows}
+    reserved = {row.number for row in rows if not row.id}
+    unknown = [name for name in cubes if name not in known]
     # a submission that was withdrawn meanwhile has removed its cube
     there = set(store.shelf.shelves()) if unknown else set()
     for name in sorted(there.intersection(unknown)):
-        # if the study has another cube, a cube without results comes from an interrupted submission
-        if cubes[name][0] not in alive or holds_results(store.shelf.at(name)):
+        # without results, the cube is that of a submission that has not ended, or was interrupted
+        study_id, number = cubes[name]
+        if not (study_id in alive or number in reserved) or holds_results(store.shelf.at(name)):
             yield f"cube {name} belongs to no study of the catalogue; `damperlab store rebuild` adds it"
     lost = {cube_name(study_id, number) for study_id, number in alive.items()}.difference(names)
     if lost:  # some cubes may have been created after the names were read, and removed with their studies

@@ -3,7 +3,6 @@
 import os
 import shutil
 import sqlite3
-import threading
 from contextlib import closing, suppress
 from pathlib import Path
 from types import SimpleNamespace
@@ -21,10 +20,9 @@ from tests.filling import (
 )
 
 from damperlab.studies.remarks import Remarks
-from damperlab.studies.store.care import verify as verifying
 from damperlab.studies.store.care.rebuild import rebuild
 from damperlab.studies.store.care.sweep import collect_garbage
-from damperlab.studies.store.care.verify import check_catalogue, verify
+from damperlab.studies.store.care.verify import check_catalogue, unfinished_submissions, verify
 from damperlab.studies.store.catalogue.access_keys import AccessKeys
 from damperlab.studies.store.cube.block_file import write_region
 from damperlab.studies.store.faults import StoreFault, StudyNotFound
@@ -170,7 +168,6 @@ def test_a_study_whose_entry_is_lost_after_its_number_was_reserved_is_missed_and
         ends.append(log.stat().st_size)
 
     monkeypatch.setattr(store, "_make", noted)
-    monkeypatch.setattr(verifying, "UNDER_WAY_SECONDS", 0.0)
     study = make_study("entered", metrics=METRICS)
     entered = enter(store, study, **PROVENANCE).id
     before = told(store)
@@ -178,7 +175,8 @@ def test_a_study_whose_entry_is_lost_after_its_number_was_reserved_is_missed_and
     shutil.copytree(store.data_dir, data)
     (data / log.name).write_bytes(log.read_bytes()[: ends[0]])
     with closing(Store.open(data)) as again:
-        (line,) = check_catalogue(again)
+        assert list(check_catalogue(again)) == []  # an interrupted submission leaves the same
+        (line,) = unfinished_submissions(again)
         assert entered in line
     assert (rebuild(data).studies, rebuild(data).known) == (1, 1)
     with closing(Store.open(data)) as again:
@@ -186,22 +184,26 @@ def test_a_study_whose_entry_is_lost_after_its_number_was_reserved_is_missed_and
         assert list(check_catalogue(again)) == []
 
 
-def test_a_submission_under_way_is_waited_for(store, monkeypatch):
-    looked, make, found = threading.Event(), store._make, []
-    looking = threading.Thread(target=lambda: found.extend(check_catalogue(store)))
+def test_a_submission_under_way_or_cut_short_is_no_damage(store, monkeypatch):
+    make = store._make
 
-    def watched(fresh):
+    def killed(fresh):
         make(fresh)
-        looking.start()
-        assert looked.wait(600)
+        raise KeyboardInterrupt
 
-    monkeypatch.setattr(store, "_make", watched)
-    monkeypatch.setattr(verifying, "UNDER_WAY_SECONDS", 600.0)
-    monkeypatch.setattr(verifying.time, "sleep", lambda _: looked.set())
-    study = make_study("under way", metrics=METRICS)
-    enter(store, study)
-    looking.join(600)
-    assert found == []
+    monkeypatch.setattr(store, "_make", killed)
+    monkeypatch.setattr(store, "_discard", lambda several: None)  # a killed process removes nothing
+    with pytest.raises(KeyboardInterrupt):
+        enter(store, make_study("cut short", metrics=METRICS))
+    assert list(check_catalogue(store)) == []
+    (line,) = unfinished_submissions(store)
+    (name,) = store.shelf.shelves()
+    assert name in line
+    # a cube with results is no interrupted submission: the catalogue has lost its study
+    store.shelf.at(name).put("blocks/0~attempt", b"block")
+    (line,) = check_catalogue(store)
+    assert name in line
+    assert unfinished_submissions(store) == []
 
 
 def test_an_end_that_a_killed_run_never_reached_is_not_lost():
