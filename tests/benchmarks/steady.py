@@ -24,11 +24,14 @@ def main() -> None:
     parser.add_argument("cycles", nargs="?", type=int, default=10_000)
     parser.add_argument("--seed", type=int, default=1)
     parser.add_argument(
-        "--models", nargs="+", default=list(MODELS), choices=["instant", "dwell", "compliant"]
+        "--models", nargs="+", default=list(MODELS), choices=["instant", "dwell", "compliant", "friction"]
     )
+    parser.add_argument("--force", action="store_true", help="a force on the structure, no shaken base")
     asked = parser.parse_args()
     answers = []
-    for one in every(islice(points(asked.seed, tuple(asked.models)), asked.points), asked.cycles):
+    for one in every(
+        islice(points(asked.seed, tuple(asked.models)), asked.points), asked.cycles, asked.force
+    ):
         answers.append(one)
         if one.verdict != "agrees":
             print(

@@ -58,9 +58,9 @@ class Point(NamedTuple):
     friction: float | None
     particle: Particle | None
 
-    def rest(self) -> State:
+    def rest(self, forced: bool = False) -> State:
         """Return the state at rest."""
-        start: State = at_rest(self.frequency_ratio, self.friction, self.particle)
+        start: State = at_rest(self.frequency_ratio, self.friction, self.particle, forced)
         return start
 
 
@@ -108,7 +108,10 @@ class Compared(NamedTuple):
 
 
 def points(seed: int, models: tuple[str, ...] = MODELS) -> Iterator[Point]:
-    """Yield random design points without end. The contact models repeat in the order of `models`."""
+    """Yield random design points without end. The contact models repeat in the order of `models`.
+
+    The model "friction" means friction without a particle.
+    """
     random = np.random.default_rng(seed)
     turn = 0
     while True:
@@ -129,8 +132,13 @@ def points(seed: int, models: tuple[str, ...] = MODELS) -> Iterator[Point]:
             contact_time if model == "dwell" else None,
             wall,
         )
-        friction = place[3] if place[6] < 0.8 else None
-        yield Point(0.002 * 50.0 ** place[4], 0.6 + 0.8 * place[5], friction, particle)
+        friction = place[3] if place[6] < 0.8 or model == "friction" else None
+        yield Point(
+            0.002 * 50.0 ** place[4],
+            0.6 + 0.8 * place[5],
+            friction,
+            particle if model != "friction" else None,
+        )
 
 
 def truth_of(halves: Halves) -> Truth:
@@ -211,27 +219,28 @@ def judged(response: Response, truth: Truth, cycles: int) -> tuple[str, float]:
     return "agrees", deviation
 
 
-def compared(point: Point, cycles: int) -> Compared | None:
+def compared(point: Point, cycles: int, forced: bool = False) -> Compared | None:
     """Compare the answer for a point with the second half of an integration over 2 · `cycles` half cycles from rest.
 
-    The result is None if the solver or the integration failed.
+    The result is None if the solver or the integration failed. `forced` means that a force on the structure replaces the
+    shaken base.
     """
-    response, end = settle(*point, SETTINGS, point.rest())
-    return _held(point, response, end, cycles)
+    response, end = settle(*point, SETTINGS, point.rest(forced), forced)
+    return _held(point, response, end, cycles, forced)
 
 
-def _held(point: Point, response: Response, end: State, cycles: int) -> Compared | None:
+def _held(point: Point, response: Response, end: State, cycles: int, forced: bool = False) -> Compared | None:
     """Compare an answer as `compared` does; `end` is the final state of the solver."""
     if response.status > Status.MAX_CYCLES:
         return None
     halves = np.empty((cycles, 3))
-    _, outcome = march_halves(*point, point.rest(), cycles, halves)
+    _, outcome = march_halves(*point, point.rest(forced), cycles, halves, forced)
     if outcome != ARRIVED:
         return None
     truth = truth_of(halves)
     verdict, deviation = judged(response, truth, 2 * cycles)
     if verdict != "agrees":
-        _, outcome = march_halves(*point, end, 0, halves)
+        _, outcome = march_halves(*point, end, 0, halves, forced)
         verdict_there, there = (
             judged(response, truth_of(halves), cycles) if outcome == ARRIVED else ("", np.nan)
         )
@@ -241,16 +250,16 @@ def _held(point: Point, response: Response, end: State, cycles: int) -> Compared
             # the solver cannot find an orbit that the motion reaches only after the end of the solver's run
             halves = np.empty((_REMEMBERED, 3))
             before = max(0, 2 * int(response.cycles) - _REMEMBERED)
-            _, outcome = march_halves(*point, point.rest(), before, halves)
+            _, outcome = march_halves(*point, point.rest(forced), before, halves, forced)
             if outcome == ARRIVED and _repeat(halves) == 0:
                 verdict = TRANSIENT if response.status == Status.CONVERGED else WARNED
     return Compared(point, response, truth, verdict, deviation)
 
 
-def every(found: Iterable[Point], cycles: int) -> Iterator[Compared]:
+def every(found: Iterable[Point], cycles: int, forced: bool = False) -> Iterator[Compared]:
     """Yield the comparison for each point. Points at which the solver or the integration failed are omitted."""
     for point in found:
-        one = compared(point, cycles)
+        one = compared(point, cycles, forced)
         if one is not None:
             yield one
 

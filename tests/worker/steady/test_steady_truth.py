@@ -81,6 +81,21 @@ MET = {
         (0.9732287903860549, 0.31222729334402405, 0.3413837193090553),
         (3, None),
     ),
+    "irregular for 1,800 cycles with twice the peaks of its end, to which it comes no nearer than a third": (
+        (0.014708874293940317, 1.2343384684814027, 0.38634141183347037),
+        (2.378198271861408, 0.3071663756156364, 0.431484763127309),
+        (1, None),
+    ),
+    "irregular for 3,200 cycles, with peaks 14 % below those of its end, which repeats after eight half cycles": (
+        (0.005761459494952959, 0.9378346682708647, 0.04234800324975119),
+        (7.771481812907288, 0.024495780673616872, 0.3590959940771198),
+        (4, None),
+    ),
+    "irregular for 1,000 cycles, with a mean that was known after 816, near a stable orbit of 13 half cycles": (
+        (0.019751202392796055, 0.9715626047237007, None),
+        (6.658841049343883, 0.0019387850445991505, 0.33225099695116483),
+        (13, None),
+    ),
 }
 """Why it is met: ζ, r and γ_F; d/Z, e and β; the period of the response and its impacts a cycle."""
 
@@ -91,8 +106,8 @@ def test_the_response_is_the_one_that_a_long_plain_march_comes_to(why: str) -> N
     structure, particle, (period, impacts) = MET[why]
     point = Point(*structure, Particle(*particle))
     response, _ = solved(point)
-    halves = metered(*point, marched(*point, point.rest(), 24_000), 481)
     assert response.period == period
+    halves = metered(*point, marched(*point, point.rest(), 24_000), 120 * period + 1)
     assert response.floquet_multiplier < 1.0
     assert response.impacts_per_cycle == pytest.approx(2.0 * halves.impacts[1:].mean(), rel=1e-12)
     assert impacts in (None, response.impacts_per_cycle)

@@ -31,11 +31,11 @@ _FAR_PERIODS = (1, 2, 3, 1, 2, 4)
 # Relative recurrence above which the run is too far from repeating for this search.
 _FAR_RECURRENCE = 0.75
 # Longest period of the search along the metered run, and largest sum of the periods of all starts with one period.
-# A period is tried only if the smallest relative recurrence with this period is at most `_REPEATS`. In chaos of many
-# dimensions, recurrences are larger, and the search would be expensive and in vain.
-_LONGEST_BACK = 10
-_HALVES_BACK = 24
-_REPEATS = 0.007
+# With the period p, Newton's method is started if the relative recurrence is at most `_REPEATS`/p: the longer the
+# period, the more a start costs, and the nearer to the orbit the start must be.
+_LONGEST_BACK = 16
+_HALVES_BACK = 12
+_REPEATS = 0.7
 
 
 class Nearby(NamedTuple):
@@ -132,18 +132,17 @@ def look_back(
     """Search for a stable orbit along the metered run, before the mean of the run is accepted.
 
     A chaotic transient that ends on a stable orbit almost repeats now and then with the period of this orbit. So
-    Newton's method starts where the run comes closest to an earlier state, in each of several equal parts of the run.
+    Newton's method starts where the run repeats best over two periods, in each of several equal parts of the run.
     The search is omitted if the particle has friction in its cavity, because its states cannot be computed from
     section points.
     """
     if scene.particle is not None and notes.path is not None:
         if scene.counts[IMPACTS] > 0 and not nearby.rival:
             for period_halves in range(1, _LONGEST_BACK + 1):
-                rows, nearest = closest_recurrences(
-                    notes.path, metered_halves, period_halves, _HALVES_BACK // period_halves
-                )
-                if nearest <= _REPEATS:
-                    for row in rows:
+                parts = max(_HALVES_BACK // period_halves, 1)
+                farthest = _REPEATS / period_halves
+                for row in closest_recurrences(notes.path, metered_halves, period_halves, parts, farthest):
+                    if row > 0:
                         there = look._replace(scale=sqrt(notes.path[row, SQUARED_EXTENT]))
                         start, possible = flying_at(notes.path[row], state, scene.friction, scene.particle)
                         if possible and is_beside_stable_orbit(

@@ -9,6 +9,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from damperlab.worker.jit import inlined, kernel
+from damperlab.worker.solver.array_loops import zero_counts
 from damperlab.worker.steady.section.coordinates import SECTION_SIZE
 
 Array = NDArray[np.float64]
@@ -153,27 +154,35 @@ def note_point(ring: Array, place: int, riding: float, path: Array, row: int) ->
 
 @kernel
 def closest_recurrences(
-    path: Array, last: int, period_halves: int, parts: int
-) -> tuple[NDArray[np.int64], float]:
-    """Rows of `path` that repeat best after `period_halves` further rows, and the smallest relative recurrence.
+    path: Array, last: int, period_halves: int, parts: int, farthest: float
+) -> NDArray[np.int64]:
+    """Rows of `path` from which the run repeats best over two periods, with relative recurrences below `farthest`.
 
-    The rows 1 … `last` of the path are divided into equal parts, and one row of each part is returned. Rows with NaN
-    are skipped. If a part has no other rows, its first row is returned.
+    The relative recurrence of a row is the larger of the distances over the first and over the second period. Near an
+    orbit that strongly repels, the second distance is far larger than the first.
+
+    The rows 1 … `last` − 2 `period_halves` are divided into equal parts, and one row of each part is returned, or 0 if
+    the part has no such row. Rows with NaN are skipped.
     """
-    rows = np.empty(parts, np.int64)
-    smallest = inf
+    rows = zero_counts(parts)
+    count = last - 2 * period_halves
     for part in range(parts):
-        first = 1 + part * (last - period_halves) // parts
-        end = 1 + (part + 1) * (last - period_halves) // parts
-        rows[part] = first
-        nearest = inf
-        for row in range(first, end):
+        nearest = farthest**2
+        for row in range(1 + part * count // parts, 1 + (part + 1) * count // parts):
             limit = nearest * path[row, SQUARED_EXTENT]
-            apart = (path[row + period_halves, 0] - path[row, 0]) ** 2
-            if apart < limit:  # most comparisons end with the first coordinate
-                for i in range(1, SECTION_SIZE):
-                    apart += (path[row + period_halves, i] - path[row, i]) ** 2
-                if apart < limit:
-                    rows[part], nearest = row, apart / path[row, SQUARED_EXTENT]
-        smallest = min(smallest, nearest)
-    return rows, sqrt(smallest)
+            once = _squared_distance(path, row, row + period_halves, limit)
+            if once < limit:
+                again = _squared_distance(path, row + period_halves, row + 2 * period_halves, limit)
+                if again < limit:
+                    rows[part], nearest = row, max(once, again) / path[row, SQUARED_EXTENT]
+    return rows
+
+
+@inlined
+def _squared_distance(path: Array, row: int, other: int, limit: float) -> float:
+    """Squared distance between two rows of a path, or a part of it that is not below `limit`."""
+    total: float = (path[other, 0] - path[row, 0]) ** 2
+    if total < limit:  # most comparisons end with the first coordinate
+        for i in range(1, SECTION_SIZE):
+            total += (path[other, i] - path[row, i]) ** 2
+    return total
