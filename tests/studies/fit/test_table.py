@@ -234,7 +234,7 @@ def test_a_comment_that_contradicts_no_heading_is_a_comment(comment: str) -> Non
         (table("time (s), x (mm)", rows=5), "it must have from 24 to 20,000 rows"),
         (
             table("time (s), x (mm)").replace("0.200,", "0.230,"),
-            "Line 12 has a step of 0.05 s after steps of 0.02 s; all time steps must be equal. Add the samples",
+            "Line 12 has a step of 0.05 s, but the usual step is 0.02 s; all time steps must be equal. Add the samples",
         ),
         (
             table("time (s), x (mm)", line="1, {x}"),
