@@ -66,9 +66,9 @@ def _decoded(text: bytes | str, field: str) -> str:
         wide = "utf-16" if text.startswith(_MARKS) else "utf-16-be" if zeros[0] else "utf-16-le"
         return text.decode(wide, errors="replace")
     if 0 in text:
-        found, advice = "a binary file", "save the sheet as CSV"
+        found, advice = "a binary file", "write the numbers as text, for example as CSV"
         if text.startswith(_OLD_WORKBOOK) or any(name in text for name in _WORKBOOKS):
-            found = "a workbook"
+            found, advice = "a workbook", "save the sheet as CSV"
         elif text.startswith(_PACKED):
             found, advice = "a compressed file", "unpack it, and give the file within"
         raise StudyFaults([Fault(field, found, "a text file", advice)])

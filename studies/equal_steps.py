@@ -52,8 +52,10 @@ def wrong_step(line: int, before: float, at: float, usual: float) -> tuple[str, 
         told = (
             f"The time {at:g} s in line {line} is not later than {before:g} s before it; time must increase."
         )
-        return told, "order the lines by time, and keep one record in a file"
-    told = f"Line {line} has a step of {at - before:.6g} s after steps of {usual:.6g} s; all time steps must be equal."
+        return told, "order the lines by time, remove repeated lines, and keep one record in a file"
+    told = f"Line {line} has a step of {at - before:.6g} s, but the usual step is {usual:.6g} s; all time steps must be equal."
+    if abs(at - before - usual) <= UNEVEN * usual:  # no step is wrong, but small deviations add up
+        told = f"The time {at:.9g} s in line {line} is off by more than {100 * UNEVEN:g} % of a step; all time steps must be equal."
     return (
         told,
         "add the samples that are missing, write the times with more digits, or resample to equal steps",

@@ -34,6 +34,7 @@ _BEGIN = re.compile(
 """Pattern of the line of an AT2 file that states the number of samples and the step."""
 _NO_STEP = re.compile(rf"DT[ \t]*[=:][ \t]*(?>{_NUMBER})[ \t]*(?:[/×*^+-]|x\b|,?\d).*", re.IGNORECASE)
 """Pattern of a time step that is more than one number, such as 1/200."""
+_ANNOUNCING = re.compile(r"^.*\bNPTS\b.*$", re.IGNORECASE | re.MULTILINE)
 _NO_EXPONENT = re.compile(r"([+-]?\d*\.\d*)([+-]\d{2,3})")
 """Pattern of a number that lacks the E before its exponent, as Fortran may write it."""
 _NO_WORD = re.compile(rf"{_NUMBER}|[+-]?(?:nan|inf)|n/?a|null|none|-+|\*+", re.IGNORECASE)
@@ -103,7 +104,7 @@ def read_record(text: bytes | str, layout: Layout, name: str = "", units: str | 
         count, step = 0, ""
     if len(rows) < (1 if step else 2):
         told = f"The file has {counted(len(rows), 'row')} of numbers; a record needs at least two."
-        advice = "give time in s and acceleration, one sample on each line"
+        advice = "give time in s and acceleration, one sample on each line, with a comma, semicolon, tab or blank between them"
         if begin and not rows:
             below = next((line for line in lines[place:] if line.strip()), "")
             told = f"No line below line {place} consists of numbers; the first is {printable(below)}."
@@ -117,6 +118,10 @@ def read_record(text: bytes | str, layout: Layout, name: str = "", units: str | 
     series = bool(step) and not table
     check_end(lines, [cell for _, cells in rows for cell in (cells if series else cells[-1:])])
     sign = next((each for each in ";\t," if each in lines[rows[0][0] - 1]), "")
+    if not step and sizes != {2} and (announcing := _ANNOUNCING.search(top)):
+        place = top.count("\n", 0, announcing.start()) + 1
+        seen, advice = printable(announcing[0]), "write the line as `NPTS= <number>, DT= <step in s>`"
+        raise refused(_at(place), seen, "of the form NPTS=<number>, DT=<number>", advice)
     if not series:
         _check_width(rows)
     second, factor = read_heading(head, None if series else sign, units, remarks)

@@ -64,6 +64,7 @@ _OTHERS = {
         r"^(?:no|nr|num|number|n|i|index|samples?|rows?|points?|steps?|count|#)$",
         WRITE_STEP,
     ),
+    "an rms value": (r"\brms\b|root.mean", f"{_OVER_TIME}: an rms value does not determine it"),
 }
 """Quantities other than a base acceleration: for each quantity, the words that identify it, and advice to the user."""
 _HEADER_LINES = 60
@@ -208,6 +209,8 @@ def _of_columns(number: int, cells: list[str]) -> list[list[str]]:
     if len(cells) != 2 or not _is_time(cells[0]):
         shown = listing(map(printable, cells))
         told = f"The heading names {shown}; a record has two columns, the time first."
+        if len(cells) == 2:
+            told = told[:-1] + f", and {printable(cells[0])} is not known as a time."
         advice = f"write the heading as {COLUMNS}, and # before a line that is not a heading"
         raise refused(f"line {number}", shown, COLUMNS, advice, told)
     return [units for _, units in read]
@@ -272,7 +275,7 @@ def _agreed(stated: Sequence[tuple[str, int]], quantity: str, allowed: Iterable[
 
 def _other(words: str) -> str:
     """Return the quantity in `_OTHERS` that the words describe, or an empty text."""
-    if _ACCELERATION.search(words) and not re.search(r"spectr|pseudo", words, re.IGNORECASE):
+    if _ACCELERATION.search(words) and not re.search(r"spectr|pseudo|\brms\b|root.mean", words, re.IGNORECASE):
         return ""
     return next((what for what, (said, _) in _OTHERS.items() if re.search(said, words, re.IGNORECASE)), "")
 

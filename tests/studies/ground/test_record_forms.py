@@ -197,7 +197,7 @@ BROKEN: dict[str, tuple[str | bytes, str | None, str, str, str]] = {
     "a factor": (peer("UNITS OF G/100"), None, "line 3", "G/100", "convert"),
     "unknown time": (columns("time (fortnights), acc (g)"), None, "line 1", "fortnights", "convert"),
     "samples as times": (columns("time (samples), acc (g)", "{k}, {a}"), None, "line 1", "samples", "convert"),
-    "unknown columns": (columns("x,y"), "g", "line 1", "the time first", "time (s), acceleration (g)"),
+    "unknown columns": (columns("x,y"), "g", "line 1", '"x" is not known as a time', "time (s), acceleration (g)"),
     "two units": (columns("UNITS OF CM/S2\ntime (s), acc (g)"), None, "line 2", '1, but "g" in line 2', "correct or remove"),
     "contradicted": (columns("time (s), acc (m/s^2)"), "g", "units", "the file says m/s2", "leave `units` out"),
     "contradicted in words": (peer("Acceleration in g"), "cm/s2", "units", "the file says g", "leave `units` out"),
@@ -297,10 +297,18 @@ BROKEN: dict[str, tuple[str | bytes, str | None, str, str, str]] = {
     "samples in pairs": (columns("", "{a} {a}"), "g", "line 2", "does not increase", "NPTS= <number>"),
     "columns named as peer's": ("PEER\n" + columns(SI), None, "line 4", "NPTS=<number>", "name it .csv"),
     "no blanks between": (peer().split("  0.")[0] + "\n" + 2 * "1000.1234", None, "line 6", "below line 4", "blanks"),
+    "rms values": (columns("time (s), rms acceleration (g)"), None, "line 1", "an rms value", "over time"),
+    "rms values in words": (columns("t (s), root-mean-square acc (g)"), "g", "line 1", "an rms value", "over time"),
+    "a number of samples with a comma": (alone("units of g", "NPTS= 1,040, DT= 0.005"), None, "line 2", "1,040", "NPTS= <n"),
+    "the step first": (alone("units of g", "DT= 0.005, NPTS= 40"), None, "line 2", "of the form NPTS=", "NPTS= <number>"),
+    "bars": (columns("time (s)|acc (g)", "{t:.3f}|{a}"), None, "line 41", "No line consists of two numbers", "semicolon, tab"),
+    "a clock that runs late": (stamped([f"{k * STEP * (1 + 1e-4 * k):.6f}" for k in range(200)]), None, "line 4", "0.010002 s in line 4 is off", "resample"),
+    "a time twice": (columns(SI).replace("\n0.100,", "\n0.095,"), None, "line 22", "not later than", "remove repeated lines"),
+    "the first step": (stamped(["0.000", "0.001", *(f"{k * STEP:.3f}" for k in range(1, 40))]), None, "line 3", "0.001 s, but the usual step is 0.005 s", "resample"),
     "a workbook": (b"PK\x03\x04[Content_Types].xml" + b"\0" * 50, None, "record", "a workbook", "save the sheet as CSV"),
     "an archive": (b"PK\x03\x04a.at2" + b"\0" * 50, None, "record", "a compressed file", "unpack it"),
     "compressed": (gzip.compress(columns(SI).encode()), None, "record", "a compressed file", "unpack it"),
-    "binary": (b"\x01\x00\x00\x07" * 100, None, "record", "a binary file", "as CSV"),
+    "binary": (b"\x01\x00\x00\x07" * 100, None, "record", "a binary file", "as text"),
 }  # fmt: skip
 
 
