@@ -119,6 +119,34 @@ def test_an_end_at_which_nothing_failed_is_called_the_end_of_what_was_examined()
     ]
 
 
+def test_of_a_damper_that_exceeds_a_limit_no_range_is_said_to_keep_the_limits(limited: Found) -> None:
+    margins = {
+        "friction_force_n": Margin(20.0, 30.0, 15.0, None),
+        "particle_friction_coefficient": Margin(0.0, 0.5, None, None),
+    }
+    keeps = replace(limited, margins=margins, left_out=[])
+
+    def told(found: Found) -> str:
+        brief = verdict_of(found)[0]
+        return " ".join((*brief.sentences, *(word for row in brief.rows for word in row))).lower()
+
+    assert "limits hold" in told(keeps)
+    assert "limits hold" not in told(replace(keeps, stated=replace(keeps.stated, violation=0.1)))
+
+
+def test_the_value_over_a_limit_is_said_to_be_that_of_the_damper_found(limited: Found) -> None:
+    """A tuned mass damper may be recommended that exceeds the same limit by less."""
+    reached = limited.stated.reached | {"displacement_m": 0.03}
+    stated = replace(limited.stated, reached=reached, at_most=reached, violation=0.5)
+    tuned = replace(limited.heaviest, value=1e-6, detuned=1e-6, exceeded=("displacement_m",))
+    found = replace(limited, stated=stated, compared=replace(limited.compared, violation=0.5))
+    found.__dict__["heaviest"] = tuned
+    brief = verdict_of(found)[0]
+    assert brief.damper == "tuned_mass_damper"
+    row = next(each for each in brief.rows if each[0] == "displacement_m")
+    assert row[1:] == ("30 mm", "20 mm allowed, with the best particle with friction")
+
+
 @pytest.mark.night
 def test_a_damper_that_was_given_is_assessed() -> None:
     document = WANTED | {"choose": {}, "friction_force_n": 20.0, "limits": {"displacement_m": 1e-3}}
