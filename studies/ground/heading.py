@@ -275,7 +275,9 @@ def _agreed(stated: Sequence[tuple[str, int]], quantity: str, allowed: Iterable[
 
 def _other(words: str) -> str:
     """Return the quantity in `_OTHERS` that the words describe, or an empty text."""
-    if _ACCELERATION.search(words) and not re.search(r"spectr|pseudo|\brms\b|root.mean", words, re.IGNORECASE):
+    if _ACCELERATION.search(words) and not re.search(
+        r"spectr|pseudo|\brms\b|root.mean", words, re.IGNORECASE
+    ):
         return ""
     return next((what for what, (said, _) in _OTHERS.items() if re.search(said, words, re.IGNORECASE)), "")
 

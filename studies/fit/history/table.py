@@ -193,13 +193,14 @@ def _of_start(moved: np.ndarray, base: np.ndarray | None, release: int | None) -
         found = f"{counted(moved.size - release, 'row')} from the release in row {release + 1} on"
         told, allowed = f"The time history has {found}.", f"at least {LEAST_ROWS} rows"
         return [Fault("measured", found, allowed, "measure longer", told)]
-    decay = np.abs(moved[release:])
-    low = int(np.argmin(decay))
-    crosses = moved[release:].min() < 0.0 < moved[release:].max()
-    if base is None and not crosses and decay[low:].max() - decay[low] > RESTING * (largest - decay[low]):
+    decay = moved[release:]
+    crossings = np.flatnonzero(np.diff(np.sign(decay)))
+    last = np.abs(decay[crossings[-1] + 1 :] if crossings.size else decay)
+    turned = np.minimum(np.maximum.accumulate(last), np.maximum.accumulate(last[::-1])[::-1]) - last
+    if base is None and turned.max() > RESTING * np.ptp(decay) / 2.0:
         told = "The structure swings about another position than 0, but its rest position must be 0."
         advice = "subtract the position in which it comes to rest"
-        return [Fault(field, "a decay that never crosses 0", "a decay about 0", advice, told)]
+        return [Fault(field, "a swing that does not cross 0", "a decay about 0", advice, told)]
     if base is not None and not np.abs(base).max() > 0.0:
         told = "The base acceleration is 0 throughout."
         return [Fault(BASE, "0", "a base that moves", "leave the column out of a free decay", told)]

@@ -307,11 +307,14 @@ def test_a_structure_that_is_struck_is_not_taken_for_released(rest: int, step: f
         parse_table(history_of(moved))
 
 
+@pytest.mark.parametrize("away", [9.0, 2.0])
 @pytest.mark.parametrize("sign", [1.0, -1.0])
-def test_a_decay_about_another_position_is_refused_and_one_that_friction_holds_is_not(sign: float) -> None:
+def test_a_decay_about_another_position_is_refused_and_one_that_friction_holds_is_not(
+    sign: float, away: float
+) -> None:
     """A structure that turns before its rest position is held there by friction: it never swings back."""
     with pytest.raises(StudyFaults, match="swings about another position") as caught:
-        parse_table(history_of(sign * (DECAY + 9.0)))
+        parse_table(history_of(sign * (DECAY + away)))
     assert "subtract the position" in str(caught.value).lower()
     noise = 0.02 * np.random.default_rng(2).standard_normal(300)
     held = np.where(np.arange(300) < 10, 2.7 + 1.3 * np.cos(np.pi * np.arange(300) / 10), 1.4)
