@@ -55,8 +55,8 @@ def wrong_step(line: int, before: float, at: float, usual: float) -> tuple[str, 
         return told, "order the lines by time, remove repeated lines, and keep one record in a file"
     told = f"Line {line} has a step of {at - before:.6g} s, but the usual step is {usual:.6g} s; all time steps must be equal."
     if abs(at - before - usual) <= UNEVEN * usual:  # no step is wrong, but small deviations add up
-        most = f"{100 * UNEVEN:g} % of a step"
-        told = f"The time {at:.9g} s in line {line} is off by more than {most}; all time steps must be equal."
+        told = f"The time {at:.9g} s in line {line} is off by more than {100 * UNEVEN:g} % of a step; "
+        told += "all time steps must be equal."
     return (
         told,
         "add the samples that are missing, write the times with more digits, or resample to equal steps",

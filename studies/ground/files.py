@@ -7,6 +7,7 @@ from math import isclose
 from typing import Literal
 
 import numpy as np
+from numpy.typing import NDArray
 
 from damperlab.studies.decoded import check_end, lines_in
 from damperlab.studies.equal_steps import TOO_FEW_DIGITS, UNEVEN, equal_step, resolution_of, wrong_step
@@ -46,6 +47,10 @@ _LONG_STEP_S = 0.1
 """Smallest time step [s] that is refused if the file states no unit of time: the column may contain row
 numbers or milliseconds.
 """
+_MARKERS = (999.0, 9999.0, 99999.0, 999999.0)
+"""Sizes of numbers that mark missing samples in files of measured data."""
+_FAR_BEYOND = 10.0
+"""Smallest ratio of such a number to the largest other sample."""
 
 
 def read_record(text: bytes | str, layout: Layout, name: str = "", units: str | None = None) -> GroundMotion:
@@ -144,10 +149,26 @@ def read_record(text: bytes | str, layout: Layout, name: str = "", units: str | 
             seen = f"{counted(len(rows), 'line')} of two numbers, {step_s:g} s apart"
             told = f"Line {place} announces {found}, but the file has {seen}."
             raise refused(_at(place), found, seen, "correct the line, or give the complete file", told)
+    _check_markers(
+        np.array(numbers), [number for number, cells in rows for _ in (cells if series else cells[1:])]
+    )
     title = lines[1].strip()[:200] if begin and place > 2 else ""
     source = title if begin else "columns"
     motion = GroundMotion(name or title or "record", step_s, np.array(numbers) * factor, source)
     return checked(motion, _at(place or rows[0][0]))
+
+
+def _check_markers(samples: NDArray[np.float64], lines: Sequence[int]) -> None:
+    """Refuse samples such as −9999 that are far beyond all others: they mark missing samples."""
+    size = np.abs(samples)
+    marked = np.isin(size, _MARKERS)
+    if not marked.any() or marked.all() or size[marked].min() < _FAR_BEYOND * size[~marked].max():
+        return
+    place = int(marked.argmax())
+    found = f"{samples[place]:g}"
+    told = f"The number {found} in line {lines[place]} is far beyond all others; it seems to mark a missing sample."
+    advice = "replace each of these numbers by an interpolated value, or cut the record"
+    raise refused(_at(lines[place]), found, "a measured acceleration", advice, told)
 
 
 def _at(number: int) -> str:

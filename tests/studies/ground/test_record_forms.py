@@ -178,13 +178,12 @@ CSMIP = (
     + 20 * "a line\n"
     + " 40 POINTS OF ACCEL DATA EQUALLY SPACED AT .02 SEC.\n1 2\n"
 )
+CM = "time (s), acc (cm/s2)"
+LATE = stamped([f"{k * STEP * (1 + 1e-4 * k):.6f}" for k in range(200)])
+SOON = stamped(["0.000", "0.001", *(f"{k * STEP:.3f}" for k in range(1, 40))])
 LOST = columns("time (s), acc (g)").replace("\n0.100, 0.09906", "")
 COMMAS = peer(begin="NPTS= 2, DT= 1").split("  ")[0] + "\n0,01\n0,02"
 DATES = "2020-01-01T00:00:{t:06.3f}, {a}"
-LATE = [f"{k * STEP * (1 + 1e-4 * k):.6f}" for k in range(200)]
-"""Times of a clock that runs late, more and more."""
-SHORT = ["0.000", "0.001", *(f"{k * STEP:.3f}" for k in range(1, 40))]
-"""Times of which the first step is too short."""
 BROKEN: dict[str, tuple[str | bytes, str | None, str, str, str]] = {
     "velocity": (peer("VELOCITY TIME SERIES IN UNITS OF CM/S"), "g", "line 3", "a velocity", "differentiate this one"),
     "velocity without unit": (peer("VELOCITY TIME HISTORY"), "g", "line 3", "a velocity", "differentiate this one"),
@@ -262,7 +261,7 @@ BROKEN: dict[str, tuple[str | bytes, str | None, str, str, str]] = {
     "decimal commas in three": (columns("t [s];x [g];y", "{t};{a};{a}").replace(".", ","), None, "line 2", "comma", "points"),
     "an empty cell": (columns(SI).replace("\n0.100, 0.09906", "\n0.100,"), None, "line 22", "1 number", "complete the line"),
     "half milliseconds": (columns("time, acc (g)", step=0.5), None, "time", "counts by 0.5", "time (s)"),
-    "a missing value": (columns(SI).replace(" 0.09906", " -99999"), None, "line 2", "an acceleration of 99999", "unit"),
+    "a missing value": (columns(CM).replace(" 0.09906", " -9999"), None, "line 22", "a missing sample", "interpolated"),
     "unit beside the step contradicted": (alone("NPTS= 40, DT= 0.005, UNITS= CM/S2"), "g", "units", "says cm/s2", "leave"),
     "velocity beside the step": (alone("NPTS= 40, DT= 0.005, VELOCITY IN CM/S"), "g", "line 1", "a velocity", "differentiate"),
     "unit below contradicted": (columns("time, a") + "\n# acceleration in cm/s2", "g", "units", "in line 42", "leave"),
@@ -306,9 +305,9 @@ BROKEN: dict[str, tuple[str | bytes, str | None, str, str, str]] = {
     "a number of samples with a comma": (alone("units of g", "NPTS= 1,040, DT= 0.005"), None, "line 2", "1,040", "NPTS= <n"),
     "the step first": (alone("units of g", "DT= 0.005, NPTS= 40"), None, "line 2", "of the form NPTS=", "NPTS= <number>"),
     "bars": (columns("time (s)|acc (g)", "{t:.3f}|{a}"), None, "line 41", "No line consists of two numbers", "semicolon, tab"),
-    "a clock that runs late": (stamped(LATE), None, "line 4", "0.010002 s in line 4 is off", "resample"),
+    "a clock that runs late": (LATE, None, "line 4", "0.010002 s in line 4 is off", "resample"),
     "a time twice": (columns(SI).replace("\n0.100,", "\n0.095,"), None, "line 22", "not later than", "remove repeated lines"),
-    "the first step": (stamped(SHORT), None, "line 3", "0.001 s, but the usual step is 0.005 s", "resample"),
+    "the first step": (SOON, None, "line 3", "0.001 s, but the usual step is 0.005 s", "resample"),
     "a workbook": (b"PK\x03\x04[Content_Types].xml" + b"\0" * 50, None, "record", "a workbook", "save the sheet as CSV"),
     "an archive": (b"PK\x03\x04a.at2" + b"\0" * 50, None, "record", "a compressed file", "unpack it"),
     "compressed": (gzip.compress(columns(SI).encode()), None, "record", "a compressed file", "unpack it"),
