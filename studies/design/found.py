@@ -13,6 +13,7 @@ from damperlab.studies.design.front import OfMass
 from damperlab.studies.design.margins import Margin
 from damperlab.studies.design.score import Score, binding, score
 from damperlab.studies.design.starts import Starts
+from damperlab.studies.ground.brief import HELD
 from damperlab.studies.specification.damper import QUANTITIES
 from damperlab.studies.specification.excitation import Amplitude, Excitation
 from damperlab.studies.specification.specification import OF_DAMPER, Specification
@@ -164,7 +165,7 @@ def locked(found: Found, build: Build | None = None) -> bool:
     """
     build = build or found.build
     curves = (found.book.curve(build, case) for case in found.asked.cases)
-    if not all(bool((curve["stick_fraction"] >= 1.0).all()) for curve in curves):
+    if not all(bool((curve["stick_fraction"] >= HELD).all()) for curve in curves):
         return False
     if not found.asked.excitations:
         return True

@@ -331,7 +331,7 @@ def _grown(found: Found, build: Build) -> tuple[Amplitude, float, bool] | None:
 def _holds(found: Found, damper: Damper) -> Iterator[str]:
     """Yield a sentence on the allowed range of each quantity, if the ranges were computed."""
     asked = found.asked
-    if damper != kind_of(found.build) or not found.margins or isinf(found.stated.most):
+    if damper != kind_of(found.build) or found.stated.violation > 0.0 or isinf(found.stated.most):
         return
     parts = [
         f"{NAMES[name]} {each.span(partial(_span_end, asked, name))}"
@@ -411,12 +411,13 @@ def _accelerations(asked: Specification, build: Build, curve: Curve) -> NDArray[
 def _with_friction(found: Found) -> str:
     """Describe the largest friction of the particle at which the damper keeps its limits.
 
-    The text is empty if the margin of the particle friction is unknown, or if the response is unbounded.
+    The text is empty if the margin of the particle friction is unknown, if a limit is exceeded without friction, or if
+    the response is unbounded.
     """
     margin = found.margins.get(PARTICLE_FRICTION.name)
     if MOVED in found.left_out:
         return "the budget was spent before the friction was varied"
-    if margin is None or isinf(found.stated.most):
+    if margin is None or found.stated.violation > 0.0 or isinf(found.stated.most):
         return ""
     kept = "limits hold" if found.asked.limits_measure else "the response rises by at most a tenth"
     if margin.high == 0.0:
@@ -432,7 +433,9 @@ def _rows(found: Found, damper: Damper, bare: float | None) -> Iterator[tuple[st
         reached = found.stated.reached[name]
         if reached > limit:
             over, allowed = (limited(asked, name, asked.as_limited(name, each)) for each in (reached, limit))
-            yield asked.limit_key(name), over, f"{allowed} allowed"
+            ours = called_of(found, damper) if asked.free else "given damper"
+            whose = "" if damper == kind_of(found.build) else f", with the {ours}"
+            yield asked.limit_key(name), over, f"{allowed} allowed{whose}"
     if bare is not None and damper != "no_damper":
         yield CALLED["no_damper"], _value(asked, bare), ""
     tuned = found.heaviest

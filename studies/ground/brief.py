@@ -12,6 +12,8 @@ SAME = 0.02
 """Relative difference below which peaks count as equal. Among dampers with equal peaks, the simplest
 damper is recommended.
 """
+HELD = 1.0 - 1e-6
+"""Share of the time from which friction counts as holding the structure throughout; the stored share is rounded."""
 PEAK, SHAKEN = "peak_relative_displacement_m", "peak_absolute_acceleration_m_s2"
 DAMPERS: dict[str, Damper] = {
     "none": "no_damper",
@@ -37,7 +39,7 @@ def brief_of(answer: Mapping[str, Any]) -> Brief:
     scale = float(answer["design"]["scale"])
     under = answer["record"]["name"] + ("" if scale == 1.0 else f" × {scale:g}")
     moves = quantity(PEAK, cases[best][PEAK], 3)
-    if cases[best].get("stick_fraction", 0.0) >= 1.0:
+    if cases[best].get("stick_fraction", 0.0) >= HELD:
         most = quantity(SHAKEN, cases[best][SHAKEN], 3)
         held = f"Under {under} {cases[best]['label']} holds the structure to its base throughout"
         told = f"{held}: it moves with the ground, at up to {most}, and nothing is damped"

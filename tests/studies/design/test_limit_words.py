@@ -1,5 +1,6 @@
 """Limits on the damper hold for it as built; what is said of limits and of responses without bound is what is known."""
 
+import itertools
 import json
 import math
 import re
@@ -117,6 +118,52 @@ def test_an_end_at_which_nothing_failed_is_called_the_end_of_what_was_examined()
         "48 N to 84 N (the highest examined)",
         "48 N to 84 N",
     ]
+
+
+def test_the_stated_worst_case_is_that_of_every_corner_of_many_tolerances() -> None:
+    """The search examines 8 of the 16 corners of four tolerances."""
+    tolerances = {
+        "friction_force_n": "10%",
+        "mass_kg": "3%",
+        "natural_frequency_hz": "2%",
+        "damping_ratio": "5%",
+    }
+    given = {"choose": {}, "friction_force_n": 20.0, "tolerances": tolerances, "builds": 0}
+    found, _ = pursued(WANTED | given, 3000, front=False)
+    asked, under = found.asked, amplitudes_of(found.asked, FEW)
+    signs = itertools.product((-1.0, 1.0), repeat=4)
+    corners = [found.build.moved(asked, dict(zip(asked.toleranced, row, strict=True))) for row in signs]
+    assert all(found.book.curve(corner, under[0]).r.size > FEW for corner in corners)
+    highest = max(score(found.book, corner, under).value for corner in corners)
+    assert found.stated.value == highest
+
+
+def test_of_a_damper_that_exceeds_a_limit_no_range_is_said_to_keep_the_limits(limited: Found) -> None:
+    margins = {
+        "friction_force_n": Margin(20.0, 30.0, 15.0, None),
+        "particle_friction_coefficient": Margin(0.0, 0.5, None, None),
+    }
+    keeps = replace(limited, margins=margins, left_out=[])
+
+    def told(found: Found) -> str:
+        brief = verdict_of(found)[0]
+        return " ".join((*brief.sentences, *(word for row in brief.rows for word in row))).lower()
+
+    assert "limits hold" in told(keeps)
+    assert "limits hold" not in told(replace(keeps, stated=replace(keeps.stated, violation=0.1)))
+
+
+def test_the_value_over_a_limit_is_said_to_be_that_of_the_damper_found(limited: Found) -> None:
+    """A tuned mass damper may be recommended that exceeds the same limit by less."""
+    reached = limited.stated.reached | {"displacement_m": 0.03}
+    stated = replace(limited.stated, reached=reached, at_most=reached, violation=0.5)
+    tuned = replace(limited.heaviest, value=1e-6, detuned=1e-6, exceeded=("displacement_m",))
+    found = replace(limited, stated=stated, compared=replace(limited.compared, violation=0.5))
+    found.__dict__["heaviest"] = tuned
+    brief = verdict_of(found)[0]
+    assert brief.damper == "tuned_mass_damper"
+    row = next(each for each in brief.rows if each[0] == "displacement_m")
+    assert row[1:] == ("30 mm", "20 mm allowed, with the best particle with friction")
 
 
 @pytest.mark.night
