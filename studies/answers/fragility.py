@@ -344,8 +344,8 @@ def _scatter(cube: xr.Dataset, metric: str, found: OverRecords, records: int, sh
     )
     return (
         f"At a scale of {cube[SCALE].values[-1]:g} the rms over {counted(records, 'record')} is "
-        f"{spelled(found.rms, units)} ± {spelled(found.rms_error, units, 2)} (standard error). The mean is "
-        f"{spelled(found.mean, units)} ± {spelled(found.mean_error, units, 2)}. {100 * share:g} % of the "
+        f"{spelled(found.rms, units, 3)} ± {spelled(found.rms_error, units, 2)} (standard error). The mean is "
+        f"{spelled(found.mean, units, 3)} ± {spelled(found.mean_error, units, 2)}. {100 * share:g} % of the "
         f"records stay below {spelled(found.quantile, units, 3)} (95 % interval from {low} to {high}; "
         f"a bound at each end needs {enough_records(share)} records)."
     )

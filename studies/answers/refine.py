@@ -30,6 +30,7 @@ from damperlab.studies.brief import Brief, Note, command, listed
 from damperlab.studies.definition import Study
 from damperlab.studies.field import At
 from damperlab.studies.questions import Judging, Search, Step
+from damperlab.studies.understood import unusual_study
 from damperlab.studies.variables import ResponseClass, Status
 
 if TYPE_CHECKING:
@@ -201,6 +202,7 @@ def _brief(
         danger = sentence_of(only, phrases)
     elif hides:
         danger = PEAK_BETWEEN
+    danger = next(iter(unusual_study(study)), danger)
     sentences = (danger, f"{value} at {design}{inside}", f"Known to {known} after {points:,} points.")
     following = say_beyond(ends, phrases) or command("tmd", study.name)
     if clamped:

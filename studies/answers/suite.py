@@ -39,6 +39,7 @@ from damperlab.studies.brief import (
     notes_document,
 )
 from damperlab.studies.faults import counted, describe, listing
+from damperlab.studies.ground.brief import HELD
 from damperlab.studies.ground.builtin import whole_id
 from damperlab.studies.ground.motion import GroundMotion
 from damperlab.studies.ground.variables import RECORD
@@ -200,21 +201,23 @@ def worst_case_designs(
     answer = worst_cases(cube, judging, ranking)
     damper, counting = kind_of(cube.sizes).designs, _counting(cube, judging, ranking)
     ends: dict[str, list[Any]] = {}
-    linear, notes = LinearPeaks(), []
+    linear, notes, clamped = LinearPeaks(), [], False
     if answer.sizes["rank"]:
         place = {name: nearest_place(cube[name].values, answer[name].values[0]) for name in damper}
-        # the complete axes are used, including values outside the ranges
-        ends = ends_of_damper(cube, answer.attrs["metric"], counting, place)
+        clamped = _clamps(cube, {**counting, **place})
+        # the complete axes are used, including values outside the ranges; a clamped structure has no best values
+        ends = {} if clamped else ends_of_damper(cube, answer.attrs["metric"], counting, place)
         if kind_of(cube.sizes) is AMPLITUDES:
             most = acceleration_g(cube, {**counting, **place})
             answer.attrs |= {"acceleration_g": most} if isfinite(most) else {}
             linear = _linear_peaks(cube.isel(counting), answer)
         elif motions is not None:
             linear = _linear_under_records(cube.isel(counting), answer, motions)
+        notes += [Note("clamped", "danger", {"value": answer["value"].values[0].item()})] if clamped else []
         notes += [Note("end_of_range", "hint", ends)] if ends else []
         notes += [linear.note()] if linear.beats(float(answer["value"].values[0])) else []
     answer.attrs["notes"] = notes_document(notes)
-    answer.attrs["brief"] = _brief(cube, answer, damper, ends, linear).document()
+    answer.attrs["brief"] = _brief(cube, answer, damper, ends, linear, clamped).document()
     answer.attrs["verdict"] = answer.attrs["brief"]["sentences"]
     return answer
 
@@ -225,6 +228,13 @@ def _beside(part: "xr.Dataset", metric: str) -> dict[str, str]:
     if metric in ("amplitude_ratio", "amplitude_m"):
         found["error"] = metric.replace("amplitude", "amplitude_error").removesuffix("_ratio")
     return {name: source for name, source in found.items() if source in part.data_vars and source != metric}
+
+
+def _clamps(cube: "xr.Dataset", place: Mapping[str, Any]) -> bool:
+    """Whether the friction of a damper holds the structure to its base throughout every case."""
+    if "response_class" in cube:
+        return bool((cube["response_class"].isel(place).values == ResponseClass.LOCKED).all())
+    return "stick_fraction" in cube and bool((cube["stick_fraction"].isel(place).values >= HELD).all())
 
 
 def _locked(slab: Slab) -> np.ndarray:
@@ -295,6 +305,7 @@ def _brief(
     damper: tuple[str, ...],
     ends: Mapping[str, list[Any]],
     linear: LinearPeaks,
+    clamped: bool,
 ) -> Brief:
     """Name the best damper, its worst case, and the next best dampers."""
     values = answer["value"].values
@@ -337,7 +348,12 @@ def _brief(
     if beaten:
         of = mass_of(linear.mass_ratio)
         best = f"A tuned mass damper of {of} does better: at worst {valued(linear.tuned)}. The study's best: {best}"
+    following = say_beyond(ends, phrases)
     sentences = [best if beaten else f"Best damper: {best}"]
+    if clamped and not beaten:
+        sentences = [f"Friction clamps the structure to its base: nothing is damped. {sentences[0]}"]
+        least = phrases.value("friction_force_n", float(answer["friction_force_n"].values[0]), ".3g")
+        following = f"{phrases.label('friction_force_n')} below {least}."
     if ends:
         sentences.append(f"It lies at the end of {listed(map(phrases.symbol, ends))}.")
     kind = _kind(answer)
@@ -348,9 +364,7 @@ def _brief(
     rows += linear.rows(valued, mass_of, beaten)
     acts = kind in ("hybrid", "particle_alone")
     rows += acceleration_rows(answer.attrs.get("acceleration_g", nan), cube, acts, beaten)
-    return Brief(
-        "tuned_mass_damper" if beaten else kind, tuple(sentences), tuple(rows), say_beyond(ends, phrases)
-    )
+    return Brief("tuned_mass_damper" if beaten else kind, tuple(sentences), tuple(rows), following)
 
 
 def _kind(answer: "xr.Dataset") -> Damper:

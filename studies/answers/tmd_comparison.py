@@ -17,7 +17,7 @@ from damperlab.studies.answers.phrases import AMPLITUDE, FREQUENCY, Phrases, not
 from damperlab.studies.answers.query_fault import check_question, refused
 from damperlab.studies.answers.selection import check_free, choose, in_ratios, require_stored
 from damperlab.studies.answers.tmd_verdict import brief_of, is_judged, notes_of
-from damperlab.studies.answers.verdict import NEXT_BAND
+from damperlab.studies.answers.verdict import BUILT, NEXT_BAND
 from damperlab.studies.brief import Note, notes_document
 from damperlab.studies.faults import describe
 from damperlab.studies.field import At
@@ -170,11 +170,9 @@ def tmd_comparison(
     notes = notes_of(cube, answer)
     if lead.complete < 1.0:
         notes.append(Note("incomplete", "danger", {"complete": lead.complete}))
-    design = {
-        name: float(answer[name])
-        for name in (*BEFORE, *kind_of(cube.sizes).designs)
-        if name in answer.coords and cube.sizes.get(name, 1) > 1
-    }
+    of_design = [name for name in (*BEFORE, *kind_of(cube.sizes).designs) if name in answer.coords]
+    varied = [name for name in of_design if cube.sizes.get(name, 1) > 1]
+    design = {name: float(answer[name]) for name in of_design if name in (varied or BUILT)}
 
     def words(phrases: Phrases) -> dict[str, Any]:
         # the units of a study with a shaken base do not apply to amplitudes under a force

@@ -183,7 +183,8 @@ def _rows(
         friction = _friction_of(answer)
         named[str(friction.name)] = float(friction)
     design = ", ".join(phrases.equal(name, value, ".3g") for name, value in named.items())
-    bare = phrases.value(AMPLITUDE, max(found["exact"]["no_damper"]), ".3g")
+    highest = max(found["exact"]["no_damper"])
+    bare = phrases.value(AMPLITUDE, highest, ".3g") if np.isfinite(highest) else UNBOUNDED
     rows = [
         ("study's damper", peaks[0], design),
         ("tuned mass damper", peaks[1], _tuned(found, phrases)),

@@ -466,10 +466,12 @@ class _Known:
     def _design(self, row: Row, phrases: Phrases, acts: bool = False) -> str:
         """Name the varying parameters of a design.
 
-        If the particle has no impacts, its parameters are named only if `acts` is True.
+        If the particle has no impacts, its parameters are named only if `acts` is True. In a study of one design,
+        all parameters are named.
         """
+        varied = [name for name in self.question.design if self.cube.sizes[name] > 1]
         varied = [
-            name for name in self.question.design if self.cube.sizes[name] > 1 or name == "friction_ratio"
+            name for name in self.question.design if name in (varied or BUILT) or name == "friction_ratio"
         ]
         if row["impact_share"] == 0 and not acts:
             varied = [name for name in varied if name not in OF_PARTICLE]

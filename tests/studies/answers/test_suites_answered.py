@@ -69,6 +69,20 @@ def test_a_suite_of_which_a_part_is_computed_recommends_no_damper() -> None:
     assert told == "No damper qualifies. Left out of 9 dampers: 9 not computed yet."
 
 
+def test_friction_that_holds_the_structure_in_every_case_is_said_first() -> None:
+    """The stored shares may be below 1 by rounding."""
+    cube = made()
+    cube["stick_fraction"] = cube[PEAK] * 0 + 1 - 4e-14
+    cube["stick_fraction"][{"friction_force_n": 0}] = 0.0
+    answer = worst_case_designs(cube)
+    brief = answer.attrs["brief"]
+    assert brief["sentences"][0].startswith("Friction clamps the structure to its base: nothing is damped.")
+    assert brief["next"] == "friction force F_f below 2 N."
+    assert [note["kind"] for note in answer.attrs["notes"]] == ["clamped"]
+    cube["stick_fraction"][{RECORD: 1}] = 0.9
+    assert "clamps" not in worst_case_designs(cube).attrs["brief"]["sentences"][0]
+
+
 def test_tables_are_in_mm() -> None:
     cube = made()
     phrases = Phrases.of(cube)
