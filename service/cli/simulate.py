@@ -28,7 +28,14 @@ from damperlab.studies.faults import counted
 from damperlab.studies.field import given, option_of
 from damperlab.studies.quantity import QUANTITY_OF
 from damperlab.studies.questions import Simulated
-from damperlab.studies.variables import BEFORE, DIMENSION_LONG_NAMES, DIMENSIONS, VARIABLES, Status
+from damperlab.studies.variables import (
+    BEFORE,
+    DIMENSION_LONG_NAMES,
+    DIMENSIONS,
+    VARIABLES,
+    ResponseClass,
+    Status,
+)
 from damperlab.studies.vocabulary import DESIGN_POINT, OF_PARTICLE
 
 if TYPE_CHECKING:
@@ -179,6 +186,8 @@ def _outcome(metrics: "dict[str, float]") -> str:
     if status is not Status.CONVERGED:
         return status.outcome
     period = int(metrics["period"])
+    if metrics.get("response_class") == ResponseClass.LOCKED:
+        return "Friction clamps the structure to its base: nothing is damped."
     if period:
         return f"The steady response repeats after {counted(period, 'cycle')}."
     return "The steady response does not repeat; its mean is known to within `steady.tolerance`."

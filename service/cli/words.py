@@ -7,7 +7,7 @@ from damperlab.service.cli.output import number
 from damperlab.studies.brief import Brief
 from damperlab.studies.kinds import EVERY_DIMENSION
 from damperlab.studies.rounding import ROUNDING_WORD, is_rounding, value_of_error
-from damperlab.studies.variables import VARIABLES, Status
+from damperlab.studies.variables import VARIABLES, ResponseClass, Status
 
 if TYPE_CHECKING:
     from collections.abc import Collection, Mapping, Sequence
@@ -121,9 +121,10 @@ def map_brief(
         told = f"{what}, first study minus second study. {where_apart(answer, metric, phrases)}"
     unknown = values.size - known.size
     missing = f"{unknown:,} of {values.size:,} points have no value." if unknown else ""
+    differ = words_of(answer).get("studies_differ", "")
     return Brief(
         None,
-        (f"{told[:1].upper()}{told[1:]}", words_of(answer).get("studies_differ", ""), missing),
+        (_extreme(answer), f"{told[:1].upper()}{told[1:]}", differ, missing),
         (),
         "-o map.png, or `damperlab optimum` for one damper.",
     )
@@ -192,7 +193,17 @@ def response_brief(
         from damperlab.studies.answers.largest_acceleration import acceleration_row
 
         rows = (acceleration_row(answer.attrs["acceleration_g"], cavity),)
-    return Brief(None, (first, second, unknown), rows, following)
+    return Brief(None, (_extreme(answer), first, second, unknown), rows, following)
+
+
+def _extreme(answer: "xr.Dataset") -> str:
+    """Say that responses are unbounded, or that friction clamps the structure at every point; otherwise empty."""
+    status, kinds = answer["status"].values, answer.get("response_class")
+    if count := int((status == Status.UNBOUNDED).sum()):
+        return f"The response grows without bound at {count:,} of {status.size:,} points."
+    if kinds is not None and bool((kinds.values == ResponseClass.LOCKED).all()):
+        return "Friction clamps the structure to its base at every point: nothing is damped."
+    return ""
 
 
 def _corner(name: str, phrases: "Phrases") -> str:

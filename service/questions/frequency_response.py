@@ -60,7 +60,7 @@ def _tell(study: Subject, found: "xr.Dataset", details: bool, selection: Followe
     cavity = left_open(study.record.definition) if acts else []
     meant = {"other": metric, "other_amplitude_error": "amplitude_error"}
     return Words(
-        words.response_brief(found, metric, phrases, cavity).document(),
+        study.first_warned(words.response_brief(found, metric, phrases, cavity)),
         [words.slice_sentence(found, metric, label(study.record), phrases)],
         words.rows_table(found, phrases, meant) if details else None,
         (words.completeness_sentence(found),),

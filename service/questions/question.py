@@ -21,6 +21,7 @@ if TYPE_CHECKING:
     from matplotlib.figure import Figure
 
     from damperlab.service.questions.forms import Form
+    from damperlab.studies.brief import Brief
     from damperlab.studies.definition import Study
     from damperlab.studies.ground.motion import GroundMotion
     from damperlab.studies.ground.suite import Suite
@@ -85,10 +86,20 @@ class Subject:
     def warned(self, answer: "xr.Dataset") -> "xr.Dataset":
         """Return an answer whose text begins with warnings about implausible values of the study."""
         from damperlab.studies.answers.phrases import first_said
+
+        return answer.assign_attrs(first_said(answer.attrs, self.unusual))
+
+    @cached_property
+    def unusual(self) -> list[str]:
+        """Warnings about implausible values of the study."""
         from damperlab.studies.understood import unusual_study
 
-        unusual = [] if self._stored is None else unusual_study(self._stored)
-        return answer.assign_attrs(first_said(answer.attrs, unusual))
+        return [] if self._stored is None else unusual_study(self._stored)
+
+    def first_warned(self, brief: "Brief") -> Mapping[str, Any]:
+        """Return a short answer for a terminal that begins with the same warnings."""
+        document = brief.document()
+        return {**document, "sentences": [*self.unusual, *document["sentences"]]}
 
     @cached_property
     def _stored(self) -> "Study | Suite | None":

@@ -113,7 +113,7 @@ def _tell(
 
     metric, two = metric_of(found), "difference" in found
     phrases = Phrases.of(study.cube).as_named(selection.metric)
-    brief = words.map_brief(found, metric, phrases, two, study.cube.sizes).document()
+    brief = study.first_warned(words.map_brief(found, metric, phrases, two, study.cube.sizes))
     whose = label(study.record)
     if two:
         whose += f" less {label(study.beside(found.attrs['studies'][1]).record)}"
