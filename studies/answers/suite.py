@@ -232,6 +232,8 @@ def _beside(part: "xr.Dataset", metric: str) -> dict[str, str]:
 
 def _clamps(cube: "xr.Dataset", place: Mapping[str, Any]) -> bool:
     """Whether the friction of a damper holds the structure to its base throughout every case."""
+    if "response_class" in cube:
+        return bool((cube["response_class"].isel(place).values == ResponseClass.LOCKED).all())
     return "stick_fraction" in cube and bool((cube["stick_fraction"].isel(place).values >= HELD).all())
 
 

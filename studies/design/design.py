@@ -13,8 +13,8 @@ from damperlab.studies.design.build import Build
 from damperlab.studies.design.builds import counted_builds, drawn
 from damperlab.studies.design.found import Found
 from damperlab.studies.design.score import Score, binding, over_bands, score, worst
-from damperlab.studies.design.search import CLOSE, FEW, Search
-from damperlab.studies.design.space import amplitudes_of
+from damperlab.studies.design.search import CLOSE, FEW, SURE, Search
+from damperlab.studies.design.space import FACTORIAL, amplitudes_of, every_corner
 from damperlab.studies.design.starts import started, starts_of
 from damperlab.studies.design.steps import Step, Studies, in_studies, within
 from damperlab.studies.design.surroundings import Surroundings
@@ -127,6 +127,11 @@ def _steps(asked: Specification, book: Book) -> Step[Found]:
         yield from within(started(search, build, over), left, "other starts than rest")
         levels = np.geomspace(*beyond_of(excitation), SHOWN)
         shown = tuple(Amplitude(excitation, float(each)) for each in levels)
+    corners: list[Build] = []
+    if len(asked.toleranced) > FACTORIAL:
+        book.stage = "the corners of the tolerances that the search left out"
+        corners = [build.moved(asked, each) for each in every_corner(asked)]
+        yield from within(_look_at(search, corners), left, "every corner of the tolerances")
     builds: list[Build] = []
     if asked.tolerances and asked.builds:
         book.stage = "builds drawn within the tolerances"
@@ -134,7 +139,7 @@ def _steps(asked: Specification, book: Book) -> Step[Found]:
     beside = Surroundings(search, best, worst(judged), shown)
     left += yield from beside.look()
     scores = [search.score(each) for each in builds]
-    stated = worst([*judged, *scores])
+    stated = worst([*judged, *map(search.score, filter(search.looked_at, corners)), *scores])
     return Found(
         asked=asked,
         book=book,
@@ -159,6 +164,12 @@ def _steps(asked: Specification, book: Book) -> Step[Found]:
         looked_at=len(search.examined),
         left_out=tuple(left),
     )
+
+
+def _look_at(search: Search, corners: list[Build]) -> Step[None]:
+    """Compute every corner of the tolerances, and the corner with the largest response as accurately as the damper."""
+    yield from search.known(corners, CLOSE)
+    yield from search.known([max(corners, key=lambda each: search.score(each).value)], SURE)
 
 
 def beyond_of(excitation: Excitation) -> tuple[float, float]:

@@ -68,8 +68,8 @@ class Space:
 
 
 FACTORIAL = 3
-"""Largest number of tolerances for which every corner is examined. With more than `FACTORIAL` tolerances, a
-balanced fraction of the corners is examined: the two-level design `HADAMARD`, with a column for each
+"""Largest number of tolerances for which the search examines every corner. With more than `FACTORIAL` tolerances, it
+examines a balanced fraction of the corners: the two-level design `HADAMARD`, with a column for each
 tolerance.
 """
 HADAMARD = (
@@ -94,7 +94,13 @@ def amplitudes_of(asked: Specification, count: int) -> tuple[Under, ...]:
 def corners_of(asked: Specification) -> list[dict[str, float]]:
     """Return all corners of the tolerances; a balanced fraction for more than `FACTORIAL` tolerances."""
     names = asked.toleranced
-    if not names:
-        return []
-    signs = HADAMARD if len(names) > FACTORIAL else tuple(product((-1, 1), repeat=len(names)))
-    return [{name: float(sign) for name, sign in zip(names, row, strict=False)} for row in signs]
+    if len(names) <= FACTORIAL:
+        return every_corner(asked)
+    return [{name: float(sign) for name, sign in zip(names, row, strict=False)} for row in HADAMARD]
+
+
+def every_corner(asked: Specification) -> list[dict[str, float]]:
+    """Return all corners of the tolerances; none without tolerances."""
+    names = asked.toleranced
+    signs = product((-1.0, 1.0), repeat=len(names)) if names else ()
+    return [dict(zip(names, row, strict=True)) for row in signs]

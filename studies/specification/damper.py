@@ -71,8 +71,8 @@ class DamperFields(SceneFields):
                     name,
                     NOTHING,
                     allowed,
-                    "give it, or let it be chosen",
-                    f"{{field}} is missing: give {allowed}.",
+                    f"give {allowed}",
+                    "{field} is missing.",
                 )
                 continue
             field, key, value = place

@@ -147,6 +147,11 @@ def test_a_simulated_point_is_answered_in_a_few_lines(more: tuple[str, ...]) -> 
     assert any(line.startswith("amplitude_ratio") for line in run(*point, "--details").stdout.splitlines())
 
 
+def test_a_simulated_point_that_friction_locks_is_said_to_be_clamped_first() -> None:
+    first = run("simulate", "--no-particle", "--friction-ratio", "3").stdout.splitlines()[0]
+    assert first == "Friction clamps the structure to its base: nothing is damped."
+
+
 def test_a_shell_completes_commands() -> None:
     asked = {"COMP_WORDS": "damperlab optim", "COMP_CWORD": "1", "_DAMPERLAB_COMPLETE": "complete_bash"}
     command = [sys.executable, "-m", "damperlab"]

@@ -2,10 +2,14 @@
 
 import numpy as np
 import pytest
+from tests.studies.solving import solved
 
 import damperlab.studies.answers.resonance_map
+from damperlab.service.cli.words import map_brief, response_brief
 from damperlab.studies.answers.frequency_response import frequency_response
+from damperlab.studies.answers.phrases import Phrases
 from damperlab.studies.answers.resonance_map import resonance_map
+from damperlab.studies.definition import parse_study
 from damperlab.studies.questions import Selection
 from damperlab.studies.variables import Status
 
@@ -28,6 +32,25 @@ def test_a_map_holds_the_slice_with_error_class_and_status(cube, whole):
     assert answer["restitution"].item() == 0.5
     assert answer["frequency_ratio"].item() == 1.2
     assert "nearest to the 0.55 asked for" in answer.attrs["note"]
+
+
+@pytest.mark.parametrize(
+    ("friction", "damping", "first"),
+    [
+        (3.0, 0.02, "Friction clamps the structure to its base at every point: nothing is damped."),
+        (0.0, 0.0, "The response grows without bound at 1 of 2 points."),
+        (0.0, 0.02, "Amplitude ratio X/Z"),
+    ],
+)
+def test_a_locked_or_unbounded_structure_is_the_first_thing_said(friction, damping, first) -> None:
+    axes = {"frequency_ratio": [0.9, 1.0], "friction_ratio": [friction]}
+    cube = solved(parse_study({"damping_ratio": damping, "particle": False, "axes": axes}))
+    curve, plane = frequency_response(cube), resonance_map(cube, "frequency_ratio", "friction_ratio")
+    for brief in (
+        response_brief(curve, "amplitude_ratio", Phrases.of(cube)),
+        map_brief(plane, "amplitude_ratio", Phrases.of(cube), False, cube.sizes),
+    ):
+        assert brief.sentences[0].startswith(first)
 
 
 def test_dimensions_that_were_not_asked_for_are_those_of_the_best_design_and_said(whole):

@@ -1,5 +1,6 @@
 """Limits on the damper hold for it as built; what is said of limits and of responses without bound is what is known."""
 
+import itertools
 import json
 import math
 import re
@@ -117,6 +118,24 @@ def test_an_end_at_which_nothing_failed_is_called_the_end_of_what_was_examined()
         "48 N to 84 N (the highest examined)",
         "48 N to 84 N",
     ]
+
+
+def test_the_stated_worst_case_is_that_of_every_corner_of_many_tolerances() -> None:
+    """The search examines 8 of the 16 corners of four tolerances."""
+    tolerances = {
+        "friction_force_n": "10%",
+        "mass_kg": "3%",
+        "natural_frequency_hz": "2%",
+        "damping_ratio": "5%",
+    }
+    given = {"choose": {}, "friction_force_n": 20.0, "tolerances": tolerances, "builds": 0}
+    found, _ = pursued(WANTED | given, 3000, front=False)
+    asked, under = found.asked, amplitudes_of(found.asked, FEW)
+    signs = itertools.product((-1.0, 1.0), repeat=4)
+    corners = [found.build.moved(asked, dict(zip(asked.toleranced, row, strict=True))) for row in signs]
+    assert all(found.book.curve(corner, under[0]).r.size > FEW for corner in corners)
+    highest = max(score(found.book, corner, under).value for corner in corners)
+    assert found.stated.value == highest
 
 
 def test_of_a_damper_that_exceeds_a_limit_no_range_is_said_to_keep_the_limits(limited: Found) -> None:
