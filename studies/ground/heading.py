@@ -65,8 +65,16 @@ _OTHERS = {
         WRITE_STEP,
     ),
     "an rms value": (r"\brms\b|root.mean", f"{_OVER_TIME}: an rms value does not determine it"),
+    "an envelope": (r"\benvelope\b", f"{_OVER_TIME}: an envelope does not determine it"),
+    "a logarithm": (r"^log(?:10)?$|\blog(?:10)?[\s(]*(?:of\s+)?acc", f"{_OVER_TIME}, not its logarithm"),
+    "a relative acceleration": (r"\brelative\s+acc", "give the absolute acceleration of the base"),
 }
 """Quantities other than a base acceleration: for each quantity, the words that identify it, and advice to the user."""
+_OF_ACCELERATION = ("an rms value", "an envelope", "a logarithm", "a relative acceleration")
+_NO_SAMPLE = re.compile(
+    "|".join(["spectr", "pseudo", *(_OTHERS[what][0] for what in _OF_ACCELERATION)]), re.IGNORECASE
+)
+"""Pattern of words that, beside the word acceleration, name another quantity."""
 _HEADER_LINES = 60
 _FORMATS = (
     (
@@ -275,9 +283,7 @@ def _agreed(stated: Sequence[tuple[str, int]], quantity: str, allowed: Iterable[
 
 def _other(words: str) -> str:
     """Return the quantity in `_OTHERS` that the words describe, or an empty text."""
-    if _ACCELERATION.search(words) and not re.search(
-        r"spectr|pseudo|\brms\b|root.mean", words, re.IGNORECASE
-    ):
+    if _ACCELERATION.search(words) and not _NO_SAMPLE.search(words):
         return ""
     return next((what for what, (said, _) in _OTHERS.items() if re.search(said, words, re.IGNORECASE)), "")
 
