@@ -2,7 +2,9 @@
 
 import math
 import re
-from collections.abc import Iterable
+from collections.abc import Iterable, Sequence
+
+from damperlab.studies.faults import Fault
 
 _NUMBER = r"[-+]?(?:[0-9]+(?:\.[0-9]*)?|\.[0-9]+)(?:[eE][-+]?[0-9]+)?"
 _FORTRAN = re.compile(_NUMBER.replace("eE", "eEdD"))
@@ -23,6 +25,10 @@ COMMAS_FOUND = "{field} has a number with a decimal comma, or with a comma betwe
 """Message about a table, shown once instead of for each number."""
 _THOUSANDS = 3
 """Number of digits after a comma that may separate thousands."""
+_MARKS = (999.0, 9999.0, 99999.0, 999999.0)
+"""Sizes of numbers that mark missing samples in files of measured data."""
+_FAR_BEYOND = 10.0
+"""Smallest ratio of such a number to the largest other sample."""
 _LONGEST = 60
 """Largest length of an examined text; real numbers are shorter."""
 
@@ -79,3 +85,23 @@ def range_advice(raw: object) -> str:
     if not isinstance(raw, str) or len(raw) > _LONGEST or not (span := _SPAN.match(raw)):
         return ""
     return f"write a range as {{start: {span[1]}, stop: {span[2]}, num: 11}}, with as many values as you need"
+
+
+def fault_of_marks(samples: Sequence[float], lines: Sequence[int]) -> Fault | None:
+    """Return the fault of the first sample that marks a missing one, such as −9999 far beyond all others.
+
+    Parameters
+    ----------
+    samples : sequence of float
+        The numbers as written.
+    lines : sequence of int
+        Line of each sample.
+    """
+    marks = [at for at, sample in enumerate(samples) if abs(sample) in _MARKS]
+    largest = max((abs(sample) for sample in samples if abs(sample) not in _MARKS), default=math.inf)
+    if not marks or min(abs(samples[at]) for at in marks) < _FAR_BEYOND * largest:
+        return None
+    found, line = f"{samples[marks[0]]:g}", lines[marks[0]]
+    told = f"The number {found} in line {line} is far beyond all others; it seems to mark a missing sample."
+    advice = "replace each of these numbers by an interpolated value, or cut the table"
+    return Fault(f"line {line}", found, "a measured value", advice, told)

@@ -7,14 +7,19 @@ from math import isclose
 from typing import Literal
 
 import numpy as np
-from numpy.typing import NDArray
 
 from damperlab.studies.decoded import check_end, lines_in
 from damperlab.studies.equal_steps import TOO_FEW_DIGITS, UNEVEN, equal_step, resolution_of, wrong_step
-from damperlab.studies.faults import counted, describe, listing, printable
+from damperlab.studies.faults import StudyFaults, counted, describe, listing, printable
 from damperlab.studies.ground.heading import COLUMNS, WRITE_STEP, Line, check_format, read_heading
 from damperlab.studies.ground.motion import GroundMotion, checked, refused
-from damperlab.studies.spelled_numbers import COMMAS_FOUND, WRITE_POINTS, decimal_comma, read_decimal
+from damperlab.studies.spelled_numbers import (
+    COMMAS_FOUND,
+    WRITE_POINTS,
+    decimal_comma,
+    fault_of_marks,
+    read_decimal,
+)
 from damperlab.studies.vocabulary import ACCELERATION_UNITS as UNITS
 from damperlab.studies.written_units import TIMES, kind_of, usual
 
@@ -47,10 +52,6 @@ _LONG_STEP_S = 0.1
 """Smallest time step [s] that is refused if the file states no unit of time: the column may contain row
 numbers or milliseconds.
 """
-_MARKERS = (999.0, 9999.0, 99999.0, 999999.0)
-"""Sizes of numbers that mark missing samples in files of measured data."""
-_FAR_BEYOND = 10.0
-"""Smallest ratio of such a number to the largest other sample."""
 
 
 def read_record(text: bytes | str, layout: Layout, name: str = "", units: str | None = None) -> GroundMotion:
@@ -149,26 +150,13 @@ def read_record(text: bytes | str, layout: Layout, name: str = "", units: str | 
             seen = f"{counted(len(rows), 'line')} of two numbers, {step_s:g} s apart"
             told = f"Line {place} announces {found}, but the file has {seen}."
             raise refused(_at(place), found, seen, "correct the line, or give the complete file", told)
-    _check_markers(
-        np.array(numbers), [number for number, cells in rows for _ in (cells if series else cells[1:])]
-    )
+    places = [number for number, cells in rows for _ in (cells if series else cells[1:])]
+    if fault := fault_of_marks(numbers, places):
+        raise StudyFaults([fault])
     title = lines[1].strip()[:200] if begin and place > 2 else ""
     source = title if begin else "columns"
     motion = GroundMotion(name or title or "record", step_s, np.array(numbers) * factor, source)
     return checked(motion, _at(place or rows[0][0]))
-
-
-def _check_markers(samples: NDArray[np.float64], lines: Sequence[int]) -> None:
-    """Refuse samples such as −9999 that are far beyond all others: they mark missing samples."""
-    size = np.abs(samples)
-    marked = np.isin(size, _MARKERS)
-    if not marked.any() or marked.all() or size[marked].min() < _FAR_BEYOND * size[~marked].max():
-        return
-    place = int(marked.argmax())
-    found = f"{samples[place]:g}"
-    told = f"The number {found} in line {lines[place]} is far beyond all others; it seems to mark a missing sample."
-    advice = "replace each of these numbers by an interpolated value, or cut the record"
-    raise refused(_at(lines[place]), found, "a measured acceleration", advice, told)
 
 
 def _at(number: int) -> str:

@@ -15,7 +15,7 @@ from damperlab.studies.fit.columns import (
 from damperlab.studies.fit.history.question import History
 from damperlab.studies.fit.lines import LARGEST, Lines, check_lines, columns_of, lines_of
 from damperlab.studies.portable import acos, cos
-from damperlab.studies.spelled_numbers import read_decimal
+from damperlab.studies.spelled_numbers import fault_of_marks, read_decimal
 from damperlab.studies.written_units import ACCELERATIONS, LENGTHS, TIMES
 
 LEAST_ROWS, MOST_ROWS = 24, 20_000
@@ -78,10 +78,16 @@ def parse_history(text: bytes | str, name: str = "history") -> History:
     lines = lines_of(text)
     names, factors = _headings(lines)
     columns = _numbers(lines, names, factors)
-    faults: list[Fault] = []
     at = names.index(TIME)
     written = [lines.cells(line)[at] for _, line in lines.rows]
     numbers = [number for number, _ in lines.rows]
+    marks = (
+        fault_of_marks((columns[each] / by).round(6).tolist(), numbers)
+        for each, by in zip(names, factors, strict=True)
+    )
+    faults = [fault for fault in marks if fault]
+    if faults:
+        raise StudyFaults(faults)
     step = _step(columns[TIME], factors[at] * resolution_of(written), numbers, faults)
     moved = columns[RELATIVE if RELATIVE in columns else DISPLACEMENT]
     release = _released(moved) if BASE not in columns and moved.any() else 0

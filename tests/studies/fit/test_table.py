@@ -156,6 +156,13 @@ def test_a_base_acceleration_is_read_in_its_unit(unit: str, metres: float) -> No
     assert not read.released
 
 
+def test_a_number_of_nines_far_beyond_all_others_is_a_mark_of_a_missing_sample() -> None:
+    lines = table("time (s), displacement (mm)").splitlines()
+    lines[13] = "0.240, -9999"
+    (fault,) = faults_of(parse_history, "\n".join(lines))
+    assert (fault.field, fault.found) == ("line 14", "-9999")
+
+
 def test_the_heading_tells_a_history_from_a_response(tmp_path: Path) -> None:
     assert isinstance(parse_table(table("time (s), x (mm)")), History)
     assert isinstance(parse_table("frequency (Hz), amplitude (mm)\n2.5, 3"), Measurement)
