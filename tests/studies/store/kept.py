@@ -4,38 +4,35 @@ Until 0.2.0 is tagged, `python -m tests.studies.store.kept` makes the store agai
 file stays as it is: a version that changes the layout keeps reading it, and adds a store of its own.
 """
 
-import tarfile
 import tempfile
 from contextlib import closing
 from pathlib import Path
+from zipfile import ZIP_DEFLATED, ZipFile, ZipInfo
 
 from tests.filling import fill, make_study
 
 from damperlab.studies.store.store import Store
 
-KEPT = Path(__file__).with_name("store-0.2.0.tar.xz")
+KEPT = Path(__file__).with_name("store-0.2.0.zip")
 STUDY = make_study("kept")
-NAMELESS = {"uid": 0, "gid": 0, "uname": "", "gname": "", "mtime": 0}
 
 
 def unpack(folder: Path) -> Path:
     """Unpack the store into a folder, and return its data directory."""
-    with tarfile.open(KEPT) as archive:
-        archive.extractall(folder, filter="data")
+    with ZipFile(KEPT) as archive:
+        archive.extractall(folder)
     return folder / "data"
 
 
 def make() -> None:
     """Make the store, with nothing in it about the machine or the time at which its files were written."""
-
-    def plain(file: tarfile.TarInfo) -> tarfile.TarInfo | None:
-        return None if file.name.endswith("-writer") else file.replace(**NAMELESS, deep=False)
-
     with tempfile.TemporaryDirectory() as folder:
         with closing(Store.open(Path(folder) / "data")) as store:
             fill(store, STUDY)
-        with tarfile.open(KEPT, "w:xz") as archive:
-            archive.add(Path(folder) / "data", "data", filter=plain)
+        with ZipFile(KEPT, "w") as archive:
+            for path in sorted(Path(folder).rglob("*")):
+                if path.is_file() and not path.name.endswith("-writer"):
+                    archive.writestr(ZipInfo(str(path.relative_to(folder))), path.read_bytes(), ZIP_DEFLATED)
 
 
 if __name__ == "__main__":
