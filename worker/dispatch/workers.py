@@ -77,7 +77,8 @@ class Workers(Standings):
         list of str
             Keys of the tasks whose blocks were taken back. The blocks will be given to other workers.
         """
-        lost = [key for address in self.states.keys() - threads.keys() for key in self.vanish(address)]
+        gone = self.states.keys() - threads.keys()
+        lost = [key for address in gone for key in self.vanish(address, alone=len(gone) == 1)]
         for worker in self._meet(threads, running):
             # the leaving worker completes its running blocks
             not_begun = list(worker.held)[worker.threads :]
@@ -124,8 +125,12 @@ class Workers(Standings):
                 lost.append(each)
         return lost
 
-    def vanish(self, address: str) -> list[str]:
-        """Remove a lost worker, take its blocks back, and return the keys of its tasks."""
+    def vanish(self, address: str, alone: bool = True) -> list[str]:
+        """Remove a lost worker, take its blocks back, and return the keys of its tasks.
+
+        If other workers were lost at the same time, `alone` is false. Then their machine or their connection is the likely
+        cause, so a block is tried in a separate process only after it was lost twice: that process takes a second to start.
+        """
         worker = self.states.pop(address, None)
         if worker is None:
             return []
@@ -138,7 +143,8 @@ class Workers(Standings):
         for place, attempt in enumerate(worker.held.values()):
             # only a running block may have caused the loss of the worker
             began = place < worker.threads and not known
-            self._again.append(attempt.begun(apart=True) if began else attempt)
+            apart = alone or attempt.tries > 0
+            self._again.append(attempt.begun(apart) if began else attempt)
             if began:
                 self.incidents.append(
                     f"block {attempt.index} was not completed by worker {address}, which is gone"

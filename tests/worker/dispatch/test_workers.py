@@ -90,6 +90,21 @@ def test_what_a_lost_worker_ran_is_suspect_and_what_waited_there_is_not() -> Non
     assert sum(bool(again.keys() & blocks) for blocks in map(set, held_by(workers).values())) == 2
 
 
+def test_a_block_whose_worker_was_lost_with_others_is_suspect_when_it_is_lost_again() -> None:
+    workers = workers_of(4, 1)
+    seen = []
+    for left in (("w2", "w3"), ()):
+        fill(workers)
+        (holder,) = (name for name, worker in workers.states.items() if worker.held)
+        seen.append(next(iter(workers.states[holder].held.values())).apart)
+        workers.see(dict.fromkeys(set(left) - {holder}, 1), left)
+    assert seen == [False, False]
+    workers.see({"w4": 1}, ("w4",))
+    workers.admit("w4")
+    fill(workers)
+    assert next(iter(workers.states["w4"].held.values())).apart
+
+
 def test_worker_that_is_tried_again_is_told_with_the_reason_for_which_it_was_left_out() -> None:
     workers = workers_of(1, 4)
     workers.leave_out("w0", "its store says 503")
