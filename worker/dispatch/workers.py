@@ -277,7 +277,7 @@ class Workers(Standings):
     @property
     def _nears_end(self) -> bool:
         """Whether so few blocks are left that a second block per thread might delay the end of the study."""
-        return len(self._new) <= self._threads
+        return len(self._new) <= 2 * self._threads
 
     def _take(self, key: str) -> Attempt:
         address = self._where.pop(key)

@@ -38,7 +38,7 @@ def test_blocks_that_run_for_too_long_go_to_others() -> None:
 
 
 def test_a_block_stays_at_the_only_worker_but_not_at_one_that_leaves_and_never_ends() -> None:
-    workers = workers_of(1, 4)
+    workers = workers_of(1, 6)
     fill(workers)
     workers.take_away(0.0)
     assert workers.take_away(STUCK_SECONDS + 1.0) == []
