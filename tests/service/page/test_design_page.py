@@ -28,7 +28,7 @@ def test_an_answered_design_has_no_serious_fault_of_accessibility_and_nothing_wi
     open_page: Callable[..., Any], client: httpx.Client, helpers: Any, width: int, schemes: tuple[str, ...]
 ) -> None:
     # enough for other amplitudes
-    asked = client.post("/api/v1/designs", json=helpers.SPECIFICATION | {"budget_points": 500}).json()
+    asked = client.post("/api/v1/designs", json=helpers.SPECIFICATION | {"budget_points": 2000}).json()
     answer = helpers.wait_for_design(client, asked["id"], helpers.ended)["answer"]
     page = open_page(viewport={"width": width, "height": 900}).go(f"#/designs/{asked['id']}")
     page.wait_for_selector(".plot .main-svg", state="attached")
