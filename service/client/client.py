@@ -18,7 +18,7 @@ from damperlab.studies.field import given
 from damperlab.studies.html import card
 from damperlab.studies.questions import Compared, Simulated
 from damperlab.studies.text import MOST_STUDIES, load_text
-from damperlab.studies.vocabulary import DESIGN_POINT, AccelerationUnits, Criterion, Excitation, Method, State
+from damperlab.studies.vocabulary import DESIGN_POINT, Criterion, Excitation, Method, State
 
 if TYPE_CHECKING:
     from damperlab.service.client.answers import DamperComparison
@@ -414,9 +414,7 @@ class Client:
 
         return [read_ground_record(each) for each in self._transport.ask("GET", "/records")["records"]]
 
-    def upload_record(
-        self, path: str | Path, name: str = "", units: AccelerationUnits | None = None
-    ) -> "GroundRecord":
+    def upload_record(self, path: str | Path, name: str = "", units: str | None = None) -> "GroundRecord":
         """Upload a ground motion. If a stored record has the same samples, the stored record is returned.
 
         Parameters
@@ -425,8 +423,8 @@ class Client:
             A PEER file (.at2), or a file of two columns, time [s] and acceleration.
         name : str
             Name of the record; by default the name of the file without its suffix.
-        units : {"g", "m/s2", "cm/s2"}, optional
-            Unit of the acceleration, if the file does not state the unit.
+        units : str, optional
+            Unit of the acceleration, such as "g", "m/s2" or "gal", if the file does not state the unit.
 
         Raises
         ------

@@ -8,10 +8,10 @@ from damperlab.studies.faults import StudyFaults, listing, printable
 from damperlab.studies.ground.motion import refused
 from damperlab.studies.vocabulary import ACCELERATION_UNITS as UNITS
 from damperlab.studies.written_units import (
-    ACCELERATIONS,
     BRACKETS,
     OF_PEAK,
     TIMES,
+    is_time,
     kind_of,
     taken_apart,
     usual,
@@ -32,11 +32,11 @@ _OF_SAMPLES, _DIRECTIONS = ("an acceleration", "a velocity", "a reading"), ("v",
 """Kinds of quantity whose units contradict a given unit of acceleration, and unit symbols that are ignored
 because they usually name a direction.
 """
+_MOTIONS = ("a velocity", "a displacement")
 _ACCELERATION = re.compile(r"\bacc(?:el|(?![a-z]))", re.IGNORECASE)
 _ACCELERATION_COLUMN = re.compile(rf"^a[xyzgh]?$|{_ACCELERATION.pattern}", re.IGNORECASE)
 _COMMA = r',(?=(?:[^"]*"[^"]*")*[^"]*$)(?![^(\[]*[)\]])'
 """Pattern of a comma outside quotation marks and brackets."""
-_TIME = re.compile(r"(?:\w+ )?(?:time|times|t|sec|seconds?|zeit|temps|tiempo|tempo)", re.IGNORECASE)
 _OVER_TIME = "give the acceleration over time"
 _OTHERS = {
     "a spectral density": (
@@ -107,7 +107,7 @@ def read_heading(
     separator : str or None
         Separator of the two columns, empty for blanks; None for consecutive samples.
     given : str or None
-        Unit of the acceleration that the caller gave, or None.
+        Unit of the acceleration that the caller gave, in the usual spelling, or None.
     remarks : sequence of (int, str)
         Other lines of text, between the samples and below them. These lines may state a unit, but do not name
         columns.
@@ -142,12 +142,12 @@ def read_heading(
         titled = any(_ACCELERATION.search(line) for _, line in others)
         for number, line in others:
             what = _other(line)
-            moved = what in ("a velocity", "a displacement")
+            moved = what in _MOTIONS
             sure = moved and re.search(r"\btime\b|histor|series", line, re.IGNORECASE)
             spectral = "spectral acc" in line.lower()
             if sure or spectral or (not titled and (moved or "response spectr" in line.lower())):
                 raise _no_record(what, number, line)
-    second, unit = _agreed(times, "the time", TIMES), _agreed(units, "the acceleration", ACCELERATIONS)
+    second, unit = _agreed(times, "the time", TIMES), _agreed(units, "the acceleration", UNITS)
     check_factors([*lines, *remarks])
     if unit is None and given is None:
         told = "The file does not state the unit of its acceleration."
@@ -159,7 +159,7 @@ def read_heading(
         raise refused("units", f"{given} while the file says {unit}", f"{unit}, or nothing", advice, told)
     if unit is None:
         _check_mentioned(others, str(given))
-    return TIMES[second] if second else None, ACCELERATIONS[unit or str(given)]
+    return TIMES[second] if second else None, UNITS[unit or str(given)]
 
 
 def _check_mentioned(lines: Sequence[Line], given: str) -> None:
@@ -204,16 +204,22 @@ def _named(cell: str) -> bool:
 
 def _is_time(cell: str) -> bool:
     words, units = taken_apart(cell)
-    return bool(_TIME.fullmatch(words)) or "a time" in map(kind_of, units)
+    return is_time(words) or "a time" in map(kind_of, units)
 
 
 def _of_columns(number: int, cells: list[str]) -> list[list[str]]:
     """Return the units in the headings of the two columns."""
     read = [taken_apart(cell) for cell in cells]
-    for cell, (words, units) in zip(reversed(cells), reversed(read), strict=True):
-        what = _other(words) or next((kind for kind in map(kind_of, units) if kind in _OTHERS), "")
-        if what and len(cells) == 2:
-            raise _no_record(what, number, cell)
+    if len(cells) == 2:
+        told = [
+            (_other(words) or next((kind for kind in map(kind_of, units) if kind in _OTHERS), ""), cell)
+            for cell, (words, units) in zip(cells, read, strict=True)
+        ]
+        # the second column says what the file holds, but a motion may be given over frequency
+        order = told if told[0][0] == "a frequency" and told[1][0] in _MOTIONS else reversed(told)
+        for what, cell in order:
+            if what:
+                raise _no_record(what, number, cell)
     if len(cells) != 2 or not _is_time(cells[0]):
         shown = listing(map(printable, cells))
         told = f"The heading names {shown}; a record has two columns, the time first."
