@@ -211,12 +211,12 @@ def _of_columns(number: int, cells: list[str]) -> list[list[str]]:
     """Return the units in the headings of the two columns."""
     read = [taken_apart(cell) for cell in cells]
     if len(cells) == 2:
-        told = [
+        kinds = [
             (_other(words) or next((kind for kind in map(kind_of, units) if kind in _OTHERS), ""), cell)
             for cell, (words, units) in zip(cells, read, strict=True)
         ]
         # the second column says what the file holds, but a motion may be given over frequency
-        order = told if told[0][0] == "a frequency" and told[1][0] in _MOTIONS else reversed(told)
+        order = kinds if kinds[0][0] == "a frequency" and kinds[1][0] in _MOTIONS else reversed(kinds)
         for what, cell in order:
             if what:
                 raise _no_record(what, number, cell)
