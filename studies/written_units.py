@@ -7,6 +7,16 @@ from damperlab.studies.vocabulary import ACCELERATION_UNITS
 TIMES = {"s": 1.0, "ms": 1e-3, "µs": 1e-6}
 LENGTHS = {"m": 1.0, "cm": 1e-2, "mm": 1e-3, "µm": 1e-6, "in": 0.0254, "ft": 0.3048}
 
+ACCELERATIONS = {
+    **ACCELERATION_UNITS,
+    "mm/s2": 1e-3,
+    "in/s2": LENGTHS["in"],
+    "ft/s2": LENGTHS["ft"],
+    "%g": 0.01 * ACCELERATION_UNITS["g"],
+    "mg": 1e-3 * ACCELERATION_UNITS["g"],
+}
+"""Value of each unit of acceleration in m/s², by the usual spelling."""
+
 BRACKETS = re.compile(r"[(\[{]((?:[^()\[\]{}]|\([^()]*\))*)[)\]}]")
 OF_PEAK = re.compile(r"\b(?:peak|max\w*|largest|pga)\b", re.IGNORECASE)
 """Words in a line with the peak of a record. The unit of the peak may differ from the unit of the samples."""
@@ -24,7 +34,7 @@ _LONGEST = 40
 """Largest length of an examined text; real units are shorter."""
 _KINDS = {
     "a time": (*TIMES, "ns", "min", "minutes", "h", "hours", "samples"),
-    "an acceleration": tuple(ACCELERATION_UNITS),
+    "an acceleration": tuple(ACCELERATIONS),
     "a velocity": (*(f"{length}/s" for length in LENGTHS), "km/s", "km/h", "mph"),
     "a displacement": (*LENGTHS, "km"),
     "a frequency": ("hz", "khz", "rad/s", "rpm"),

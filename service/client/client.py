@@ -18,7 +18,7 @@ from damperlab.studies.field import given
 from damperlab.studies.html import card
 from damperlab.studies.questions import Compared, Simulated
 from damperlab.studies.text import MOST_STUDIES, load_text
-from damperlab.studies.vocabulary import DESIGN_POINT, Criterion, Excitation, Method, State
+from damperlab.studies.vocabulary import DESIGN_POINT, AccelerationUnits, Criterion, Excitation, Method, State
 
 if TYPE_CHECKING:
     from damperlab.service.client.answers import DamperComparison
@@ -414,7 +414,9 @@ class Client:
 
         return [read_ground_record(each) for each in self._transport.ask("GET", "/records")["records"]]
 
-    def upload_record(self, path: str | Path, name: str = "", units: str | None = None) -> "GroundRecord":
+    def upload_record(
+        self, path: str | Path, name: str = "", units: AccelerationUnits | str | None = None
+    ) -> "GroundRecord":
         """Upload a ground motion. If a stored record has the same samples, the stored record is returned.
 
         Parameters

@@ -28,7 +28,8 @@ from damperlab.studies.ground.motion import GroundMotion, GroundMotionDocument, 
 from damperlab.studies.ground.question import Earthquake, read_earthquake
 from damperlab.studies.guard import MAX_KEYS
 from damperlab.studies.text import load_text
-from damperlab.studies.vocabulary import ACCELERATION_UNITS
+from damperlab.studies.vocabulary import AccelerationUnits
+from damperlab.studies.written_units import ACCELERATIONS
 from damperlab.worker.scenes import SPECTRUM, Scene
 
 router = strict_router("/api/v1", "earthquakes")
@@ -59,9 +60,9 @@ class RecordQuery(BaseModel):
         description="File format: at2 of the PEER database, or csv with two columns, time and acceleration. "
         "By default csv for text/csv, otherwise at2.",
     )
-    units: str | None = Field(
+    units: AccelerationUnits | str | None = Field(
         None,
-        description=f"Unit of the acceleration, if the file does not state it: {', '.join(ACCELERATION_UNITS)}, or "
+        description=f"Unit of the acceleration, if the file does not state it: {', '.join(ACCELERATIONS)}, or "
         "another spelling of these.",
     )
     name: str = Field("", max_length=200, description="Name of the record.")

@@ -20,8 +20,7 @@ from damperlab.studies.spelled_numbers import (
     fault_of_marks,
     read_decimal,
 )
-from damperlab.studies.vocabulary import ACCELERATION_UNITS as UNITS
-from damperlab.studies.written_units import TIMES, kind_of, usual
+from damperlab.studies.written_units import ACCELERATIONS, TIMES, kind_of, usual
 
 Layout = Literal["at2", "csv"]
 Row = tuple[int, list[str]]
@@ -82,7 +81,7 @@ def read_record(text: bytes | str, layout: Layout, name: str = "", units: str | 
         allowed = f"a file of at most {MOST_BYTES:,} bytes"
         raise refused("record", f"{len(text):,} bytes", allowed, "cut or resample the record")
     if units is not None and kind_of(units) != "an acceleration":
-        allowed = f"one of {listing(UNITS)}"
+        allowed = f"one of {listing(ACCELERATIONS)}"
         raise refused("units", describe(units), allowed, "write the unit of the acceleration")
     lines = lines_in(text, "record")
     for number, line in enumerate(lines, start=1):

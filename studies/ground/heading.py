@@ -6,8 +6,8 @@ from collections.abc import Iterable, Iterator, Sequence
 from damperlab.studies.decoded import check_factors
 from damperlab.studies.faults import StudyFaults, listing, printable
 from damperlab.studies.ground.motion import refused
-from damperlab.studies.vocabulary import ACCELERATION_UNITS as UNITS
 from damperlab.studies.written_units import (
+    ACCELERATIONS,
     BRACKETS,
     OF_PEAK,
     TIMES,
@@ -147,11 +147,12 @@ def read_heading(
             spectral = "spectral acc" in line.lower()
             if sure or spectral or (not titled and (moved or "response spectr" in line.lower())):
                 raise _no_record(what, number, line)
-    second, unit = _agreed(times, "the time", TIMES), _agreed(units, "the acceleration", UNITS)
+    second, unit = _agreed(times, "the time", TIMES), _agreed(units, "the acceleration", ACCELERATIONS)
     check_factors([*lines, *remarks])
     if unit is None and given is None:
         told = "The file does not state the unit of its acceleration."
-        advice = f"name it with `units`, on the command line `--units` ({listing(UNITS)}), or write the heading as {COLUMNS}"
+        known = listing(ACCELERATIONS)
+        advice = f"name it with `units`, on the command line `--units` ({known}), or write the heading as {COLUMNS}"
         raise refused("units", "no unit", "the unit of the acceleration", advice, told)
     if unit and given not in (None, unit):
         told = f"`units` is {given}, but the file says {unit} in line {units[0][1]}."
@@ -159,7 +160,7 @@ def read_heading(
         raise refused("units", f"{given} while the file says {unit}", f"{unit}, or nothing", advice, told)
     if unit is None:
         _check_mentioned(others, str(given))
-    return TIMES[second] if second else None, UNITS[unit or str(given)]
+    return TIMES[second] if second else None, ACCELERATIONS[unit or str(given)]
 
 
 def _check_mentioned(lines: Sequence[Line], given: str) -> None:

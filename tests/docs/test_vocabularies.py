@@ -138,6 +138,7 @@ def test_words_and_their_types_are_the_same() -> None:
         vocabulary.Criterion: vocabulary.CRITERIA,
         vocabulary.ContactModel: vocabulary.CONTACT_MODELS,
         vocabulary.ExportFormat: vocabulary.EXPORT_FORMATS,
+        vocabulary.AccelerationUnits: vocabulary.ACCELERATION_UNITS,
     }
     for kind, words in pairs.items():
         assert set(get_args(kind)) == set(words)

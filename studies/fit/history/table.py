@@ -16,8 +16,7 @@ from damperlab.studies.fit.history.question import History
 from damperlab.studies.fit.lines import LARGEST, Lines, check_lines, columns_of, lines_of
 from damperlab.studies.portable import acos, cos
 from damperlab.studies.spelled_numbers import fault_of_marks, read_decimal
-from damperlab.studies.vocabulary import ACCELERATION_UNITS
-from damperlab.studies.written_units import LENGTHS, TIMES
+from damperlab.studies.written_units import ACCELERATIONS, LENGTHS, TIMES
 
 LEAST_ROWS, MOST_ROWS = 24, 20_000
 HELD, RESTING = 0.8, 0.2
@@ -47,7 +46,7 @@ COLUMNS = (
     Column({TIME: TIMES}, ("time", "t")),
     Column({DISPLACEMENT: LENGTHS}, ("displacement", "absolute displacement", "x")),
     Column({RELATIVE: LENGTHS}, ("relative displacement", "x-z", "x - z")),
-    Column({BASE: ACCELERATION_UNITS}, ("base acceleration", "ground acceleration")),
+    Column({BASE: ACCELERATIONS}, ("base acceleration", "ground acceleration")),
     Column({DEVIATION: LENGTHS, PERCENT: SHARES}, ("deviation", "standard deviation")),
 )
 """Every column of a time history."""
