@@ -213,6 +213,16 @@ def nearest(word: str, known: Iterable[str]) -> str | None:
     return matches[0] if matches else None
 
 
+_PEAK_TO_PEAK = re.compile(r"double|(?<![a-z])(?:pp|p2p)(?![a-z])|(?:peak|pk)_?(?:to)?_?(?:peak|pk)")
+
+
+def _unlike(key: str, near: str) -> str:
+    """Say how the values of two keys differ, if one names a peak-to-peak or rms value and the other an amplitude."""
+    if _PEAK_TO_PEAK.search(key.lower()):
+        return ", half of a peak-to-peak value"
+    return ", the largest value and not an rms" if "rms" in key.lower() and "rms" not in near else ""
+
+
 def write_nearest(word: object, known: Iterable[str], otherwise: str = "choose one of these") -> str:
     """Return the advice to write the known word with the most similar spelling. If no word is similar, return
     `otherwise`.
@@ -247,7 +257,7 @@ def unknown_key(field: str, key: object, known: tuple[str, ...], beside: Contain
     """
     left = [name for name in known if name not in beside]
     near = nearest(key, left) if isinstance(key, str) else None
-    advice = f"did you mean `{near}`? Otherwise remove it" if near else "remove it"
+    advice = f"did you mean `{near}`{_unlike(str(key), near)}? Otherwise remove it" if near else "remove it"
     unit = unit_of(near or "")
     if near and unit and str(key).rpartition("_")[0] == near.rpartition("_")[0]:
         advice = f"write `{near}`, with its value in {unit}"

@@ -6,6 +6,7 @@ from damperlab.studies.vocabulary import ACCELERATION_UNITS
 
 TIMES = {"s": 1.0, "ms": 1e-3, "µs": 1e-6}
 LENGTHS = {"m": 1.0, "cm": 1e-2, "mm": 1e-3, "µm": 1e-6, "in": 0.0254, "ft": 0.3048}
+
 ACCELERATIONS = {
     **ACCELERATION_UNITS,
     "mm/s2": 1e-3,
@@ -26,6 +27,7 @@ _FACTOR = re.compile(
 )
 _NUMBER_BEFORE = re.compile(r"(?:^|[\s_])[\d.]+(?:e[-+]?\d+)?[\s_]+([^\s_]+)", re.IGNORECASE)
 """A number and the word after it. If this word is the unit of a heading, the number is a factor."""
+_TIME = re.compile(r"(?:\w+ )?(?:time|times|t|sec|seconds?|zeit|temps|tiempo|tempo)", re.IGNORECASE)
 _NO_SUFFIX = ("h", "v", "in")
 """Unit symbols that usually denote a direction if they end a heading, as in `acc_h`."""
 _LONGEST = 40
@@ -76,6 +78,11 @@ def kind_of(written: str) -> str:
     if unit.endswith("2/hz"):
         return "a spectral density"
     return next((kind for kind, units in _KINDS.items() if unit in units), "")
+
+
+def is_time(words: str) -> bool:
+    """Return whether the words of a heading, without its unit, name a time in one of several languages."""
+    return bool(_TIME.fullmatch(words))
 
 
 def taken_apart(cell: str) -> tuple[str, list[str]]:

@@ -206,6 +206,11 @@ def _print_size(asked: "Specification", budget: int, unusual: list[str], as_json
             if free
             else "There is nothing to choose: the given damper is assessed"
         )
-        say(f"{asked.name or 'The specification'} is complete. {chosen}. Budget: {budget:,} points.")
+        told = f"{asked.name or 'The specification'} is complete. {chosen}. Budget: {budget:,} points"
+        if asked.budget_points is None:
+            told += (
+                f", expected to take one core {asked.budget_minutes:g} min; the search itself comes on top"
+            )
+        say(f"{told}.")
         for line in unusual:
             say(line)

@@ -82,7 +82,8 @@ def records(
     units: Annotated[
         str | None,
         typer.Option(
-            metavar="UNIT", help="Unit of the acceleration if the file states none: g, m/s2 or cm/s2."
+            metavar="UNIT",
+            help="Unit of the acceleration if the file states none, for example g, m/s2, gal or mg.",
         ),
     ] = None,
     name: Annotated[str, typer.Option(help="Name of the stored record.")] = "",
@@ -165,7 +166,8 @@ def earthquake(
     units: Annotated[
         str | None,
         typer.Option(
-            metavar="UNIT", help="Unit of the acceleration if the file states none: g, m/s2 or cm/s2."
+            metavar="UNIT",
+            help="Unit of the acceleration if the file states none, for example g, m/s2, gal or mg.",
         ),
     ] = None,
     kanai_tajimi: Generate = None,

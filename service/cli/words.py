@@ -87,7 +87,7 @@ def map_brief(
         Whether the map is the difference of two maps.
     sizes : mapping of int
         Number of points along each dimension of the study. The text gives the value of each dimension that has several
-        points and is no axis of the map.
+        points and is no axis of the map, and the frequency even if it is the only one.
     """
     import numpy as np
 
@@ -99,7 +99,8 @@ def map_brief(
             None, ("Nothing of this map is known yet.",), (), "compute the rest with `damperlab run`."
         )
     what = phrases.shown(metric, answer[metric]).partition(" in ")[0]
-    fixed = [name for name in sizes if sizes[name] > 1 and name in answer.coords and not answer[name].ndim]
+    fixed = [name for name in sizes if name in answer.coords and not answer[name].ndim]
+    fixed = [name for name in fixed if sizes[name] > 1 or name == "frequency_ratio"]
     if fixed:
         what += f" at {', '.join(_at(str(name), answer[name].item(), phrases) for name in fixed)}"
     if (shares := _class_shares(metric, known, "places")) is not None:

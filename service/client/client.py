@@ -415,7 +415,7 @@ class Client:
         return [read_ground_record(each) for each in self._transport.ask("GET", "/records")["records"]]
 
     def upload_record(
-        self, path: str | Path, name: str = "", units: AccelerationUnits | None = None
+        self, path: str | Path, name: str = "", units: AccelerationUnits | str | None = None
     ) -> "GroundRecord":
         """Upload a ground motion. If a stored record has the same samples, the stored record is returned.
 
@@ -425,8 +425,8 @@ class Client:
             A PEER file (.at2), or a file of two columns, time [s] and acceleration.
         name : str
             Name of the record; by default the name of the file without its suffix.
-        units : {"g", "m/s2", "cm/s2"}, optional
-            Unit of the acceleration, if the file does not state the unit.
+        units : str, optional
+            Unit of the acceleration, such as "g", "m/s2" or "gal", if the file does not state the unit.
 
         Raises
         ------

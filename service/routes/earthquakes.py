@@ -29,6 +29,7 @@ from damperlab.studies.ground.question import Earthquake, read_earthquake
 from damperlab.studies.guard import MAX_KEYS
 from damperlab.studies.text import load_text
 from damperlab.studies.vocabulary import AccelerationUnits
+from damperlab.studies.written_units import ACCELERATIONS
 from damperlab.worker.scenes import SPECTRUM, Scene
 
 router = strict_router("/api/v1", "earthquakes")
@@ -59,8 +60,10 @@ class RecordQuery(BaseModel):
         description="File format: at2 of the PEER database, or csv with two columns, time and acceleration. "
         "By default csv for text/csv, otherwise at2.",
     )
-    units: AccelerationUnits | None = Field(
-        None, description="Units of the acceleration, if the file does not state them."
+    units: AccelerationUnits | str | None = Field(
+        None,
+        description=f"Unit of the acceleration, if the file does not state it: {', '.join(ACCELERATIONS)}, or "
+        "another spelling of these.",
     )
     name: str = Field("", max_length=200, description="Name of the record.")
 

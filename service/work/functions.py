@@ -18,7 +18,6 @@ from damperlab.studies.specification.reading import load_specification, parse_sp
 from damperlab.studies.specification.specification import Specification
 from damperlab.studies.text import Format, load_text
 from damperlab.studies.understood import unusual_specification
-from damperlab.studies.vocabulary import AccelerationUnits
 from damperlab.worker.scenes import Scene
 
 
@@ -62,7 +61,7 @@ def fit_body(question: FitQuestion | HistoryQuestion) -> bytes:
     return bytes(Document(fit_document(fit_response(question))).body)
 
 
-def uploaded(body: bytes, layout: Layout, name: str, units: AccelerationUnits | None) -> GroundMotion:
+def uploaded(body: bytes, layout: Layout, name: str, units: str | None) -> GroundMotion:
     """Read an uploaded record."""
     return read_record(body, layout, name, units)
 

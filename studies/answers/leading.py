@@ -4,14 +4,13 @@ from collections.abc import Container
 from dataclasses import replace
 from typing import TYPE_CHECKING, Any
 
-from damperlab.studies.amplitudes import AMPLITUDE
 from damperlab.studies.answers.design_question import design_of
 from damperlab.studies.answers.nearness import nearest_place
 from damperlab.studies.answers.optimal_designs import optimal_designs
 from damperlab.studies.answers.selection import NO_LEAD, Lead, choose, in_ratios
 from damperlab.studies.answers.suite import worst_cases
 from damperlab.studies.field import At
-from damperlab.studies.kinds import AMPLITUDES, HARMONIC, kind_of
+from damperlab.studies.kinds import HARMONIC, kind_of
 from damperlab.studies.questions import Judging, Ranking, Selection
 
 if TYPE_CHECKING:
@@ -30,7 +29,8 @@ def leading(ranked: "xr.Dataset") -> dict[str, Any] | None:
 def best_at(cube: "xr.Dataset", at: At, free: Container[str] = (), metric: str | None = None) -> Lead:
     """Return the leading design at the grid points nearest to the values in `at`.
 
-    In a study over base amplitudes, the worst base amplitude of the leading design is returned too.
+    In a suite and in a study over base amplitudes, the conditions of the design's worst case are returned too: scale,
+    structure, base amplitude. Record and frequency are not, since answers take the worst value along them.
 
     Parameters
     ----------
@@ -46,7 +46,7 @@ def best_at(cube: "xr.Dataset", at: At, free: Container[str] = (), metric: str |
     Returns
     -------
     Lead
-        Values along the dimensions of the damper and the base amplitude. Dimensions with one value, dimensions in `at`,
+        Values along the dimensions of the damper and of its conditions. Dimensions with one value, dimensions in `at`,
         and free dimensions are left out. Empty if no design is computed, or if the ratios of a damper vary with the
         frequency, since such dampers are not ranked.
     """
@@ -54,7 +54,9 @@ def best_at(cube: "xr.Dataset", at: At, free: Container[str] = (), metric: str |
     dimensions = design_of(cube.sizes) if kind is HARMONIC else kind.designs
     if not set(dimensions) <= set(cube.sizes):
         return NO_LEAD
-    chosen = (*dimensions, AMPLITUDE) if kind is AMPLITUDES else dimensions
+    chosen = dimensions
+    if kind is not HARMONIC:
+        chosen = tuple(name for name in kind.dimensions if name != kind.uncontrolled)
     open_ones = [name for name in chosen if cube.sizes[name] > 1 and name not in at and name not in free]
     if not open_ones:
         return NO_LEAD

@@ -9,10 +9,12 @@ from numpy.typing import NDArray
 
 from damperlab.studies.answers.comparing import clearly_less
 from damperlab.studies.brief import Note
-from damperlab.studies.tmd.transfer import highest, without_absorber
+from damperlab.studies.tmd.transfer import amplitude_ratio, highest, without_absorber
 from damperlab.studies.tmd.tunings import tuned
 from damperlab.studies.vocabulary import Excitation
 
+STEPS = 4001
+"""Number of frequencies at which the response with a tuned mass damper is computed where its peak has no closed form."""
 UNBOUNDED = "grows without bound"
 """Text that replaces an infinite peak."""
 
@@ -41,6 +43,7 @@ class LinearPeaks:
         mass_ratio: float,
         excitation: Excitation,
         scale: float = 1.0,
+        order: int = 0,
     ) -> "LinearPeaks":
         """Compute both peaks for structures with different damping ratios, and return the largest of each.
 
@@ -57,16 +60,25 @@ class LinearPeaks:
         excitation : str
             Excitation of the structures.
         scale : float
-            Factor that converts an amplitude ratio to the compared value.
+            Factor that converts an amplitude ratio at r = 1 to the compared value.
+        order : int
+            Power of 1/r with which the base amplitude falls: 1 or 2 if its velocity or acceleration is constant.
         """
         if r.size == 1:
             return cls()
         at = np.unique(np.append(r, np.clip(1.0, r[0], r[-1])))
-        bare = max(float(without_absorber(at, zeta, excitation).max()) for zeta in damping_ratios)
+        falls = at**-order
+        bare = max(float((falls * without_absorber(at, zeta, excitation)).max()) for zeta in damping_ratios)
         if not 0 < mass_ratio < 1:
             return cls(bare=bare * scale)
         absorber = tuned("minimax", mass_ratio, min(damping_ratios), excitation)
         band = float(r[0]), float(r[-1])
+        if order:  # no closed form: the steps are far smaller than the bandwidth of an absorber
+            at = np.linspace(*band, STEPS)
+            curves = (amplitude_ratio(at, absorber, zeta, excitation) for zeta in damping_ratios)
+            return cls(
+                max(float((at**-order * each).max()) for each in curves) * scale, bare * scale, mass_ratio
+            )
         peak = max(highest(absorber, zeta, excitation, band).value for zeta in damping_ratios)
         return cls(peak * scale, bare * scale, mass_ratio)
 

@@ -7,7 +7,6 @@ from typing import TYPE_CHECKING, Any, NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-from damperlab.studies.amplitudes import AMPLITUDE
 from damperlab.studies.answers.excited import definition_of
 from damperlab.studies.answers.nearness import check_reach, nearest_place, same
 from damperlab.studies.answers.phrases import Phrases
@@ -257,6 +256,8 @@ def companions(cube: "xr.Dataset", metric: str) -> list[str]:
 
 def say(cube: "xr.Dataset", index: Mapping[str, int], at: At, phrases: Phrases, lead: Lead) -> str:
     """Describe the chosen grid points, and say which points differ from the wanted values."""
+    kind = kind_of(cube.sizes)
+    met = [name for name in kind.dimensions if name not in kind.designs]
     chosen_at = []
     for name, position in index.items():
         values = cube[name].values
@@ -269,7 +270,7 @@ def say(cube: "xr.Dataset", index: Mapping[str, int], at: At, phrases: Phrases, 
             asked = phrases.value(name, float(at[name]), ".10g")
             phrase += f" (the grid point nearest to the {asked} asked for)"
         elif name in lead.at:
-            worst = f"the worst of {values.size} for" if name == AMPLITUDE else "of"
+            worst = f"the worst of {values.size} for" if name in met else "of"
             phrase += f" ({worst} the {lead.called})"
         elif name not in at and values.size > 1:
             phrase += f" (by default, one of {values.size} grid values)"

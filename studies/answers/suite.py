@@ -6,7 +6,7 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from damperlab.studies.amplitudes import AMPLITUDE
+from damperlab.studies.amplitudes import AMPLITUDE, CONSTANT
 from damperlab.studies.answers.comparing import Found, least
 from damperlab.studies.answers.design_question import axes_within
 from damperlab.studies.answers.excited import amplitude_called, definition_of, excitation_of, name_of
@@ -261,12 +261,14 @@ def _counting(cube: "xr.Dataset", judging: Judging, ranking: Ranking) -> dict[st
 def _linear_peaks(met: "xr.Dataset", answer: "xr.Dataset") -> LinearPeaks:
     """Compute the peaks without a damper, and with a tuned mass damper that has the mass of the best damper."""
     metric = answer.attrs["metric"]
-    constant = definition_of(met).get("physical", {}).get("constant")
-    if constant or metric not in ("amplitude_ratio", "amplitude_m"):
+    if metric not in ("amplitude_ratio", "amplitude_m"):
         return LinearPeaks()
-    scale = float(met[AMPLITUDE].max()) if metric == "amplitude_m" else 1.0
+    in_metres = metric == "amplitude_m"
+    # a ratio is relative to the base amplitude at each frequency
+    order = CONSTANT.get(definition_of(met).get("physical", {}).get("constant"), 0) if in_metres else 0
+    scale = float(met[AMPLITUDE].max()) if in_metres else 1.0
     r, mass = met["frequency_ratio"].values, float(answer["mass_ratio"].values[0])
-    return LinearPeaks.over(r, met["damping_ratio"].values.tolist(), mass, excitation_of(met), scale)
+    return LinearPeaks.over(r, met["damping_ratio"].values.tolist(), mass, excitation_of(met), scale, order)
 
 
 def _linear_under_records(met: "xr.Dataset", answer: "xr.Dataset", motions: Motions) -> LinearPeaks:

@@ -515,8 +515,7 @@ def none_left(cube: "xr.Dataset", question: DesignQuestion, tally: Mapping[str, 
 
 def say_next(phrases: Phrases) -> str:
     """Name the frequencies to compute next for a study with one frequency."""
-    start, stop = (phrases.number(FREQUENCY, NEXT_BAND[end]) for end in ("start", "stop"))
-    return f"{phrases.label(FREQUENCY)} from {start} to {stop}{phrases.unit(FREQUENCY)}, {NEXT_BAND['num']} values."
+    return f"compute {advised_axis(NEXT_BAND, phrases)}."
 
 
 def _ends(cube: "xr.Dataset", flat: list[dict[str, Any]], design: Row) -> dict[str, list[Any]]:

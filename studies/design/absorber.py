@@ -4,7 +4,7 @@ The response to ground-motion records is exact. The tuned mass damper is not tun
 """
 
 import math
-from collections.abc import Iterator
+from collections.abc import Iterator, Mapping
 from dataclasses import dataclass, replace
 from itertools import groupby
 
@@ -63,8 +63,8 @@ class Beside:
     stroke, detuned_stroke : float
         Largest displacement of the absorber's mass relative to the structure, within the tolerances: as tuned, and with
         a natural frequency that is off by up to `DETUNED`.
-    exceeded : tuple of str
-        Limits on results that the absorber exceeds within the tolerances.
+    exceeded : mapping of float
+        Limits on results that the absorber exceeds within the tolerances, with the largest value reached.
     """
 
     absorber: Absorber
@@ -73,7 +73,7 @@ class Beside:
     detuned: float
     stroke: float
     detuned_stroke: float
-    exceeded: tuple[str, ...]
+    exceeded: Mapping[str, float]
 
 
 def tuned_beside(asked: Specification, mass_ratio: float) -> Beside | None:
@@ -131,9 +131,8 @@ def _judged(asked: Specification, absorber: Absorber) -> Beside:
         shaken = [_shaken(asked, one, shares) for one in off for shares in (tried[0], most)]
         detuned = max(detuned, *map(_under, shaken))
         detuned_stroke = max(detuned_stroke, *map(_stroke_under, shaken))
-    exceeded = tuple(
-        name for name, limit in asked.limits.items() if max(_limited(asked, absorber, every, name)) > limit
-    )
+    reached = {name: max(_limited(asked, absorber, every, name)) for name in asked.limits}
+    exceeded = {name: most for name, most in reached.items() if most > asked.limits[name]}
     return Beside(
         absorber,
         value,

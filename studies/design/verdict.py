@@ -73,7 +73,7 @@ def verdict_of(found: Found) -> tuple[Brief, list[Note]]:
     dangers = [said for note in notes if (said := _said(found, note))]
     sentences = [*unusual_specification(asked), decision, *dangers, *_holds(found, damper)]
     rows = (*_assumed(found, damper), *_rows(found, damper, bare), *_accelerates(found, damper))
-    return Brief(damper, tuple(sentences), rows, _next(found, notes)), notes
+    return Brief(damper, tuple(sentences), rows, _next(found, notes, _exceeded(found, judged))), notes
 
 
 def kind_of(build: Build) -> Damper:
@@ -471,14 +471,28 @@ def _rows(found: Found, damper: Damper, bare: float | None) -> Iterator[tuple[st
         )
 
 
-def _next(found: Found, notes: list[Note]) -> str:
+def _exceeded(found: Found, best: Alternative | Beside | float | None) -> Mapping[str, float]:
+    """Return the limits that the damper of the verdict exceeds, each with a value that this damper keeps.
+
+    `best` is the second result of `_best`.
+    """
+    limits = found.asked.limits
+    if isinstance(best, Beside):
+        return best.exceeded
+    if isinstance(best, float):  # only the measure is limited, if at all
+        return {name: best for name, limit in limits.items() if best > limit}
+    score = found.stated if best is None else best.score
+    return {name: score.at_most[name] for name, limit in limits.items() if score.reached[name] > limit}
+
+
+def _next(found: Found, notes: list[Note], exceeded: Mapping[str, float]) -> str:
     asked, known = found.asked, {note.kind: note.values for note in notes}
     report = "-o report.html for a drawing with tolerances"
     more = f"more `{asked.budget_key}`, because the search was cut short" if "budget" in known else ""
-    if "limit_exceeded" in known:
-        name, most = known["limit_exceeded"]["limit"], known["limit_exceeded"]["at_most"]
-        enough = limited(asked, name, rounded_up(asked.as_limited(name, most))) if not isinf(most) else "more"
-        relax = f"relax `limits.{asked.limit_key(name)}` to {enough}"
+    if exceeded:
+        name, most = next(iter(exceeded.items()))
+        key, enough = asked.limit_key(name), rounded_up(asked.as_limited(name, most))
+        relax = f"relax the limit to `{key}: {enough:.4g}`" if not isinf(most) else f"drop `{key}`"
         if more:
             return f"{more}, or {relax}."
         return f"{relax}, or {_wider(asked, known) or found.otherwise(name)}."

@@ -7,7 +7,16 @@ from dataclasses import dataclass
 
 from damperlab.studies.answers.design_question import DESIGN
 from damperlab.studies.faults import Fault, listing, nearest, printable
-from damperlab.studies.written_units import BRACKETS, LENGTHS, OF_PEAK, kind_of, taken_apart, usual
+from damperlab.studies.written_units import (
+    BRACKETS,
+    LENGTHS,
+    OF_PEAK,
+    TIMES,
+    is_time,
+    kind_of,
+    taken_apart,
+    usual,
+)
 
 FREQUENCIES = {"hz": 1.0, "khz": 1e3, "rad/s": 0.5 / math.pi, "rpm": 1.0 / 60.0}
 FORCES = {"n": 1.0, "kn": 1e3, "lbf": 4.4482216152605}
@@ -75,7 +84,9 @@ OF_RESPONSE = (
 )
 """Reason why an acceleration of the structure is not fitted, and the remedy."""
 
-_NO_AMPLITUDE = re.compile(r"\b(?:rms|pp|p-p|pk-pk|peak[- ]?to[- ]?peak)\b", re.IGNORECASE)
+_NO_AMPLITUDE = re.compile(
+    r"\b(?:rms|pp|p2p|p-p|pk-pk|peak[- ]?to[- ]?peak|double[- ]amplitudes?)\b", re.IGNORECASE
+)
 _TO_AMPLITUDE = (
     "give the largest displacement of a cycle as `amplitude (mm)`: half of a peak-to-peak value; an rms value does not "
     "determine it, since the motion is not a sine"
@@ -95,7 +106,8 @@ _OTHERWISE = {
 
 def says_time(heading: str) -> bool:
     """Return whether a heading stands for a column of times."""
-    return taken_apart(heading)[0].strip().lower() in ("time", "t")
+    words, units = taken_apart(heading)
+    return is_time(words.strip()) or (not words.strip() and "a time" in map(kind_of, units))
 
 
 def _meant(said: str, unit: str, as_written: str, columns: Sequence[Column]) -> str:
@@ -106,7 +118,9 @@ def _meant(said: str, unit: str, as_written: str, columns: Sequence[Column]) -> 
         near = _OTHERWISE.get(near)
     near = near or nearest(said, spellings)
     if near is None and unit:
-        of_unit = (column for column in columns if unit in (FREQUENCIES | LENGTHS) and unit in column.units)
+        of_unit = (
+            column for column in columns if unit in (FREQUENCIES | LENGTHS | TIMES) and unit in column.units
+        )
         near = next((column.spellings[0] for column in of_unit), None)
     if near is None:
         return ""

@@ -20,8 +20,7 @@ from damperlab.studies.spelled_numbers import (
     fault_of_marks,
     read_decimal,
 )
-from damperlab.studies.vocabulary import ACCELERATION_UNITS as UNITS
-from damperlab.studies.written_units import TIMES, kind_of, usual
+from damperlab.studies.written_units import ACCELERATIONS, TIMES, kind_of, usual
 
 Layout = Literal["at2", "csv"]
 Row = tuple[int, list[str]]
@@ -68,9 +67,10 @@ def read_record(text: bytes | str, layout: Layout, name: str = "", units: str | 
         always read as AT2.
     name : str
         Name of the record; by default the title in an AT2 file.
-    units : {"g", "m/s2", "cm/s2"}, optional
-        Unit of the acceleration, required if the file does not state the unit. An AT2 file states the unit in line 3;
-        columns may have a heading with the unit, as in ``time (s), acc (g)``. `units` must not contradict the file.
+    units : str, optional
+        Unit of the acceleration in any spelling, required if the file does not state the unit. An AT2 file states the
+        unit in line 3; columns may have a heading with the unit, as in ``time (s), acc (g)``. `units` must not
+        contradict the file.
 
     Raises
     ------
@@ -80,8 +80,8 @@ def read_record(text: bytes | str, layout: Layout, name: str = "", units: str | 
     if len(text) > MOST_BYTES:
         allowed = f"a file of at most {MOST_BYTES:,} bytes"
         raise refused("record", f"{len(text):,} bytes", allowed, "cut or resample the record")
-    if units is not None and units not in UNITS:
-        allowed = f"one of {listing(UNITS)}"
+    if units is not None and kind_of(units) != "an acceleration":
+        allowed = f"one of {listing(ACCELERATIONS)}"
         raise refused("units", describe(units), allowed, "write the unit of the acceleration")
     lines = lines_in(text, "record")
     for number, line in enumerate(lines, start=1):
@@ -130,7 +130,7 @@ def read_record(text: bytes | str, layout: Layout, name: str = "", units: str | 
         raise refused(_at(place), seen, "of the form NPTS=<number>, DT=<number>", advice)
     if not series:
         _check_width(rows)
-    second, factor = read_heading(head, None if series else sign, units, remarks)
+    second, factor = read_heading(head, None if series else sign, units and usual(units), remarks)
     announced = 0.0
     if step:
         unit = begin[3] or "" if begin else ""

@@ -6,12 +6,12 @@ from collections.abc import Iterable, Iterator, Sequence
 from damperlab.studies.decoded import check_factors
 from damperlab.studies.faults import StudyFaults, listing, printable
 from damperlab.studies.ground.motion import refused
-from damperlab.studies.vocabulary import ACCELERATION_UNITS as UNITS
 from damperlab.studies.written_units import (
     ACCELERATIONS,
     BRACKETS,
     OF_PEAK,
     TIMES,
+    is_time,
     kind_of,
     taken_apart,
     usual,
@@ -32,11 +32,11 @@ _OF_SAMPLES, _DIRECTIONS = ("an acceleration", "a velocity", "a reading"), ("v",
 """Kinds of quantity whose units contradict a given unit of acceleration, and unit symbols that are ignored
 because they usually name a direction.
 """
+_MOTIONS = ("a velocity", "a displacement")
 _ACCELERATION = re.compile(r"\bacc(?:el|(?![a-z]))", re.IGNORECASE)
 _ACCELERATION_COLUMN = re.compile(rf"^a[xyzgh]?$|{_ACCELERATION.pattern}", re.IGNORECASE)
 _COMMA = r',(?=(?:[^"]*"[^"]*")*[^"]*$)(?![^(\[]*[)\]])'
 """Pattern of a comma outside quotation marks and brackets."""
-_TIME = re.compile(r"(?:\w+ )?(?:time|times|t|sec|seconds?|zeit|temps|tiempo|tempo)", re.IGNORECASE)
 _OVER_TIME = "give the acceleration over time"
 _OTHERS = {
     "a spectral density": (
@@ -107,7 +107,7 @@ def read_heading(
     separator : str or None
         Separator of the two columns, empty for blanks; None for consecutive samples.
     given : str or None
-        Unit of the acceleration that the caller gave, or None.
+        Unit of the acceleration that the caller gave, in the usual spelling, or None.
     remarks : sequence of (int, str)
         Other lines of text, between the samples and below them. These lines may state a unit, but do not name
         columns.
@@ -142,7 +142,7 @@ def read_heading(
         titled = any(_ACCELERATION.search(line) for _, line in others)
         for number, line in others:
             what = _other(line)
-            moved = what in ("a velocity", "a displacement")
+            moved = what in _MOTIONS
             sure = moved and re.search(r"\btime\b|histor|series", line, re.IGNORECASE)
             spectral = "spectral acc" in line.lower()
             if sure or spectral or (not titled and (moved or "response spectr" in line.lower())):
@@ -151,7 +151,8 @@ def read_heading(
     check_factors([*lines, *remarks])
     if unit is None and given is None:
         told = "The file does not state the unit of its acceleration."
-        advice = f"name it with `units`, on the command line `--units` ({listing(UNITS)}), or write the heading as {COLUMNS}"
+        known = listing(ACCELERATIONS)
+        advice = f"name it with `units`, on the command line `--units` ({known}), or write the heading as {COLUMNS}"
         raise refused("units", "no unit", "the unit of the acceleration", advice, told)
     if unit and given not in (None, unit):
         told = f"`units` is {given}, but the file says {unit} in line {units[0][1]}."
@@ -204,16 +205,22 @@ def _named(cell: str) -> bool:
 
 def _is_time(cell: str) -> bool:
     words, units = taken_apart(cell)
-    return bool(_TIME.fullmatch(words)) or "a time" in map(kind_of, units)
+    return is_time(words) or "a time" in map(kind_of, units)
 
 
 def _of_columns(number: int, cells: list[str]) -> list[list[str]]:
     """Return the units in the headings of the two columns."""
     read = [taken_apart(cell) for cell in cells]
-    for cell, (words, units) in zip(reversed(cells), reversed(read), strict=True):
-        what = _other(words) or next((kind for kind in map(kind_of, units) if kind in _OTHERS), "")
-        if what and len(cells) == 2:
-            raise _no_record(what, number, cell)
+    if len(cells) == 2:
+        kinds = [
+            (_other(words) or next((kind for kind in map(kind_of, units) if kind in _OTHERS), ""), cell)
+            for cell, (words, units) in zip(cells, read, strict=True)
+        ]
+        # the second column says what the file holds, but a motion may be given over frequency
+        order = kinds if kinds[0][0] == "a frequency" and kinds[1][0] in _MOTIONS else reversed(kinds)
+        for what, cell in order:
+            if what:
+                raise _no_record(what, number, cell)
     if len(cells) != 2 or not _is_time(cells[0]):
         shown = listing(map(printable, cells))
         told = f"The heading names {shown}; a record has two columns, the time first."

@@ -54,7 +54,13 @@ KEYS = (
 CONFIDENCE = Quantity(
     "confidence", "confidence level of errors and intervals", 0.5, 0.999, "the default is 0.9"
 )
-BUDGET_MINUTES = Quantity("budget_minutes", "core minutes", 0.01, 1e5, "the default is 8")
+BUDGET_MINUTES = Quantity(
+    "budget_minutes",
+    "core minutes that the responses are expected to take; the choice of dampers and the storage come on top",
+    0.01,
+    1e5,
+    "the default is 8",
+)
 REFUSED_UNDER_RECORDS = {
     "rms_displacement": "this is the rms over a band; the rms in time, under the worst record or sweep, is "
     "`worst_rms_displacement`",

@@ -131,6 +131,24 @@ def test_a_key_that_stands_there_is_not_advised_again() -> None:
 
 
 @pytest.mark.parametrize(
+    ("key", "said"),
+    [
+        ("double_amplitude_m", "half of a peak-to-peak value"),
+        ("peak_to_peak_amplitude_m", "half of a peak-to-peak value"),
+        ("base_amplitude_rms_m", "not an rms"),
+        ("base_ampiltude_m", "`base_amplitude_m`?"),
+    ],
+)
+def test_a_key_of_another_value_of_a_motion_is_not_taken_for_a_misspelled_amplitude(
+    key: str, said: str
+) -> None:
+    found = faults(frame(base_amplitude_m=None, **{key: 8e-5}))
+    (fault,) = (each for each in found if each.field.endswith(key))
+    assert "did you mean `base_amplitude_m`" in fault.advice
+    assert said in fault.advice
+
+
+@pytest.mark.parametrize(
     "text",
     [
         "axes:\n\tfrequency_ratio: 1",

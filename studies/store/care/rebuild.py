@@ -32,7 +32,7 @@ from damperlab.studies.store.catalogue.home import (
 from damperlab.studies.store.catalogue.rows import (
     ALIVE,
     advance_counters,
-    change_study,
+    change_studies,
     last_event,
     rows_of_marks,
     sums_of_marks,
@@ -256,7 +256,7 @@ def _add(catalogue: Catalogue, shelf: Shelf, study_id: str, number: int, found: 
         elif row.deleted is not None:
             return
         elif cube.deleted is not None:
-            change_study(connection, number, {"deleted": cube.deleted})
+            change_studies(connection, [number], {"deleted": cube.deleted})
             found.deleted += 1
             return
         else:
@@ -269,7 +269,7 @@ def _add(catalogue: Catalogue, shelf: Shelf, study_id: str, number: int, found: 
                     **asked_by(cube.provenance),
                     "family": family_digest(cube.study, cube.provenance),
                 }
-                change_study(connection, number, said)
+                change_studies(connection, [number], said)
                 found.restored += 1
         total = math.prod(cube.described.grid)
         have, lost = _sound_marks(connection, number)
@@ -411,4 +411,4 @@ def _sum_up(
         change |= {name: kept.get(name) for name in ("state", "finished", "message")}
     elif restored or before.state == "done":
         change |= {"state": "queued", "finished": None}
-    change_study(connection, number, change)
+    change_studies(connection, [number], change)

@@ -62,14 +62,9 @@ def study_row(connection: Connection, study_id: str) -> Row[Any]:
     return row
 
 
-def change_study(connection: Connection, number: int, change: Mapping[str, Any]) -> None:
-    """Write new values into the row of a study, by column."""
-    connection.execute(update(studies).where(studies.c.number == number).values(change))
-
-
-def change_studies(connection: Connection, rows: Iterable[Row[Any]], change: Mapping[str, Any]) -> None:
-    """Write the same new values into the rows of several studies, by column."""
-    for some in pieces(row.number for row in rows):
+def change_studies(connection: Connection, numbers: Iterable[int], change: Mapping[str, Any]) -> None:
+    """Write the same new values into the rows of studies, given by their serial numbers, by column."""
+    for some in pieces(numbers):
         connection.execute(update(studies).where(studies.c.number.in_(some)).values(change))
 
 

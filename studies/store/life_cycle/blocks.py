@@ -12,7 +12,7 @@ from sqlalchemy import Connection, Row, delete, func, insert, select
 from damperlab.studies.faults import counted
 from damperlab.studies.store.catalogue.rows import (
     SUMS,
-    change_study,
+    change_studies,
     claim_owner,
     log_event,
     lost_marks,
@@ -111,7 +111,7 @@ class Blocks(States):
         failure = next((outcome for outcome in added if outcome.message is not None), None)
         if failure is not None:
             change["message"] = func.coalesce(c.message, f"block {failure.index}: {failure.message}")
-        change_study(connection, row.number, change)
+        change_studies(connection, [row.number], change)
         return True
 
     def retry(self, study_id: str) -> Record:
@@ -208,7 +208,7 @@ class Blocks(States):
         change: dict[str, Any] = {**sums, "revision": row.revision + 1, "taken_back": row.revision + 1}
         if queue:
             change |= {"state": "queued", "finished": None}
-        change_study(connection, row.number, change)
+        change_studies(connection, [row.number], change)
         log_event(connection, row.id, f"{row.blocks_done - sums['blocks_done']} blocks invalidated: {why}")
         return record_of(study_row(connection, row.id))
 

@@ -17,7 +17,7 @@ from damperlab.studies.store.catalogue.rows import (
     ALIVE,
     alive_row,
     alive_rows,
-    change_study,
+    change_studies,
     claim_owner,
     record_of,
 )
@@ -81,7 +81,7 @@ class Claims(Blocks):
             row = alive_row(connection, study_id)
             if row is None or (row.claim_owner != owner and self._holds(row)):
                 return False
-            change_study(connection, row.number, claimed(owner))
+            change_studies(connection, [row.number], claimed(owner))
             return True
 
     def renew(self, study_id: str, owner: str) -> bool:
@@ -148,7 +148,7 @@ class Claims(Blocks):
             row = alive_row(connection, study_id)
             if row is None or row.claim_owner != owner:
                 return False
-            change_study(connection, row.number, change)
+            change_studies(connection, [row.number], change)
             return True
 
     def claim_all(self, ids: Sequence[str], owner: str, identity: str) -> list[Record]:
@@ -207,7 +207,7 @@ class Claims(Blocks):
             rows = connection.execute(select(c.id, c.number).where(c.claim_owner == owner, ALIVE)).all()
             for row in rows:
                 self._change_state(connection, row.id, "queued", only_from=("running",), owner=owner)
-                change_study(connection, row.number, UNCLAIMED)
+                change_studies(connection, [row.number], UNCLAIMED)
 
     def _mark_all(
         self, connection: Connection, study_id: str, outcomes: Sequence[BlockOutcome], owner: str

@@ -9,7 +9,7 @@ from sqlalchemy import ColumnElement, Connection, Row, delete, func, or_, select
 
 from damperlab.studies.store.catalogue.rows import (
     alive_row,
-    change_study,
+    change_studies,
     in_trash,
     log_event,
     record_of,
@@ -50,7 +50,7 @@ class Deletion(Cubes):
             if row.state not in ENDED:
                 require_free(row, "delete")
             until = time.time() + keep_seconds
-            change_study(connection, row.number, {"deleted": until})
+            change_studies(connection, [row.number], {"deleted": until})
             log_event(connection, study_id, "deleted")
         # record the deletion in the cube only after the commit, because the commit may fail
         with suppress(OSError):
@@ -88,7 +88,7 @@ class Deletion(Cubes):
         try:
             with self.catalogue.writing() as connection:
                 number = _restorable_row(connection, study_id).number
-                change_study(connection, number, {"deleted": None})
+                change_studies(connection, [number], {"deleted": None})
                 log_event(connection, study_id, "restored from the trash")
                 return record_of(study_row(connection, study_id))
         except Exception:
@@ -120,7 +120,7 @@ class Deletion(Cubes):
             with self.catalogue.writing() as connection:
                 texts = dict.fromkeys(("name", "definition", "provenance", "family"), "")
                 empty = {**texts, "message": None, **asked_by({})}
-                change_study(connection, row.number, empty)
+                change_studies(connection, [row.number], empty)
 
     def _forget_marks(self, number: int) -> bool:
         """Remove up to `_AT_ONCE` done-marks of a deleted study. Return whether there may be more done-marks."""

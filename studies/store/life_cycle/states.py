@@ -17,7 +17,6 @@ from damperlab.studies.store.catalogue.quota import Ledger
 from damperlab.studies.store.catalogue.rows import (
     ALIVE,
     change_studies,
-    change_study,
     log_event,
     log_events,
     record_of,
@@ -126,7 +125,7 @@ class States(Lookup):
             change["finished"] = None
         elif row.state != state:
             change["finished"] = now
-        change_study(connection, row.number, change)
+        change_studies(connection, [row.number], change)
         if row.state != state:
             log_event(connection, study_id, f"{row.state} to {state}" + (f": {message}" if message else ""))
         return record_of(study_row(connection, study_id))
@@ -135,7 +134,7 @@ class States(Lookup):
         self, connection: Connection, rows: Sequence[Row[Any]], state: str, change: Mapping[str, Any]
     ) -> None:
         """Set the state and other columns of several studies, and log the change of each state."""
-        change_studies(connection, rows, {"state": state, **_phase(None), **change})
+        change_studies(connection, [row.number for row in rows], {"state": state, **_phase(None), **change})
         log_events(connection, {row.id: f"{row.state} to {state}" for row in rows})
 
     def _require_turn(self, connection: Connection, row: Row[Any]) -> None:
@@ -199,7 +198,7 @@ class States(Lookup):
             if begins:
                 study = parse_stored(record_of(row).definition, row.digest)
                 change = {"provenance": json.dumps(provenance), "family": family_digest(study, provenance)}
-                change_study(connection, row.number, change)
+                change_studies(connection, [row.number], change)
                 log_event(connection, study_id, f"to be computed by solver {facts['identity']}")
                 now = study_row(connection, study_id)
         if not begins:
@@ -244,7 +243,7 @@ class States(Lookup):
         change = {name: value for name, value in said.items() if value is not None}
         with self.catalogue.writing() as connection:
             number = study_row(connection, study_id).number
-            change_study(connection, number, change)
+            change_studies(connection, [number], change)
             row = study_row(connection, study_id)
             if row.state in ENDED:
                 # the list of marks in the cube also stores the remarks, so the list must be written again

@@ -175,7 +175,8 @@ def test_words_in_units_hold_no_ratio_and_the_numbers_of_the_cube(cube: xr.Datas
     ):
         assert f"{symbol} = {float(best[name]) * factor:.3g} {unit}" in said
     assert f"{float(best['value']) * BASE * 1e3:.3g}" in said
-    assert "from 3.2 to 5 Hz, 19 values" in answers[1].attrs["in_units"]["brief"]["next"]
+    following = answers[1].attrs["in_units"]["brief"]["next"]
+    assert "`excitation_frequency_hz: {start: 3.2, stop: 5, num: 19}`" in following
     ratios = cube.copy()
     ratios.attrs = {}
     for answer in (optimal_designs(ratios), tmd_comparison(ratios)):

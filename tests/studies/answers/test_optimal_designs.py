@@ -126,7 +126,7 @@ def test_a_single_frequency_is_no_judgement_over_a_band_and_the_answer_says_so(c
     assert "next_frequencies" not in optimal_designs(cube).attrs
     answer = optimal_designs(alone)
     assert answer.attrs["next_frequencies"] == {"start": 0.8, "stop": 1.25, "num": 19}
-    assert "0.8 to 1.25" in answer.attrs["brief"]["next"]
+    assert "{start: 0.8, stop: 1.25, num: 19}" in answer.attrs["brief"]["next"]
     assert "one_frequency" in {note["kind"] for note in answer.attrs["notes"]}
     assert answer.attrs["brief"]["damper"] is None
     band = optimal_designs(alone, Judging(band=(0.9, 1.1)))

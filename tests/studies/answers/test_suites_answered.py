@@ -85,6 +85,26 @@ def test_a_map_is_of_the_worst_record_and_names_it_or_of_the_one_that_is_named()
         assert set(ranked[RECORD].values) == {name}
 
 
+def test_a_map_is_of_the_scale_and_structure_that_are_worst_for_the_best_damper() -> None:
+    """The least of the map is what `optimum` states, not the response at the first, smallest scale."""
+    parts = [
+        made().assign_coords(scale=[scale], natural_frequency_hz=[f])
+        for scale in (0.5, 1.0)
+        for f in (2.0, 3.0)
+    ]
+    for part, factor in zip(parts, (0.5, 0.4, 1.0, 0.8), strict=True):
+        part[PEAK] = part[PEAK] * factor
+    cube = xr.combine_by_coords(parts, combine_attrs="override")
+    shown = resonance_map(cube, "clearance_m", "friction_force_n")
+    assert (shown["scale"], shown["natural_frequency_hz"]) == (1.0, 2.0)
+    assert float(shown[PEAK].min()) == worst_case_designs(cube)["value"][0]
+    assert "factor on the record = 1 (the worst of 2 for the best design)" in shown.attrs["note"]
+    named = resonance_map(
+        cube, "clearance_m", "friction_force_n", Selection(at={"natural_frequency_hz": 3.0})
+    )
+    assert (named["scale"], named["natural_frequency_hz"]) == (1.0, 3.0)
+
+
 def test_friction_that_holds_the_structure_in_every_case_is_said_first() -> None:
     """The stored shares may be below 1 by rounding."""
     cube = made()

@@ -277,7 +277,7 @@ def test_at_one_frequency_nothing_is_said_to_be_better(finished):
     assert alone["next_frequencies"] == {"start": 0.8, "stop": 1.25, "num": 19}
     assert alone["brief"]["damper"] is None
     assert alone["brief"]["rows"] == []  # two peaks beside each other would be read as a verdict
-    assert "0.8 to 1.25" in alone["brief"]["next"]
+    assert "{start: 0.8, stop: 1.25, num: 19}" in alone["brief"]["next"]
     band = tmd_comparison(cube).attrs
     assert "next_frequencies" not in band
     assert (band["brief"]["damper"] == "tuned_mass_damper") is (band["ratio"] > 1)

@@ -271,7 +271,7 @@ def test_an_rms_over_a_wide_band_is_that_of_its_narrow_peaks() -> None:
     square = (BASE_M * receptance(found, 0.001, r, 1.0, 1.0)) ** 2 / 2.0
     truth = np.sqrt(np.trapezoid(square, r) / (r[-1] - r[0]))
     assert found.value == pytest.approx(truth, rel=2e-3)
-    usual = Beside(minimax(0.001, 0.001, "base"), 0.0, 0.0, 0.0, 0.0, 0.0, ())
+    usual = Beside(minimax(0.001, 0.001, "base"), 0.0, 0.0, 0.0, 0.0, 0.0, {})
     square = (BASE_M * receptance(usual, 0.001, r, 1.0, 1.0)) ** 2 / 2.0
     assert found.value <= 1.001 * np.sqrt(np.trapezoid(square, r) / (r[-1] - r[0]))
 

@@ -157,13 +157,16 @@ def test_the_value_over_a_limit_is_said_to_be_that_of_the_damper_found(limited: 
     """A tuned mass damper may be recommended that exceeds the same limit by less."""
     reached = limited.stated.reached | {"displacement_m": 0.03}
     stated = replace(limited.stated, reached=reached, at_most=reached, violation=0.5)
-    tuned = replace(limited.heaviest, value=1e-6, detuned=1e-6, exceeded=("displacement_m",))
+    tuned = replace(limited.heaviest, value=1e-6, detuned=1e-6, exceeded={"displacement_m": 0.0212345})
     found = replace(limited, stated=stated, compared=replace(limited.compared, violation=0.5))
     found.__dict__["heaviest"] = tuned
     brief = verdict_of(found)[0]
     assert brief.damper == "tuned_mass_damper"
     row = next(each for each in brief.rows if each[0] == "displacement_m")
     assert row[1:] == ("30 mm", "20 mm allowed, with the best particle with friction")
+    assert "relax the limit to `displacement_m: 0.02124`" in brief.next
+    found.__dict__["heaviest"] = replace(tuned, exceeded={})
+    assert "limit" not in verdict_of(found)[0].next
 
 
 @pytest.mark.night
@@ -255,12 +258,12 @@ def test_what_wins_is_the_verdict(limited: Found) -> None:
     heaviest = limited.heaviest
     reached = limited.compared.value
     for theirs, better in ((0.5 * reached, True), (2.0 * reached, False)):
-        beside = replace(heaviest, value=theirs, detuned=theirs, exceeded=())
+        beside = replace(heaviest, value=theirs, detuned=theirs, exceeded={})
         brief, _ = verdict_of(replace(limited, absorber=beside))
         assert (brief.damper == "tuned_mass_damper") is better
         assert ("tuned mass damper" in [row[0] for row in brief.rows]) is not better
     # in tune better, and worse out of it: not recommended
-    beside = replace(heaviest, value=0.5 * reached, detuned=2.0 * reached, exceeded=())
+    beside = replace(heaviest, value=0.5 * reached, detuned=2.0 * reached, exceeded={})
     assert verdict_of(replace(limited, absorber=beside))[0].damper != "tuned_mass_damper"
 
 
@@ -268,7 +271,9 @@ def test_only_the_damper_of_the_verdict_is_called_recommended(limited: Found) ->
     heaviest = limited.heaviest
     beside = replace(heaviest, value=0.5 * limited.compared.value, detuned=0.5 * limited.compared.value)
     for beaten, called in ((True, "best particle with friction"), (False, "recommended")):
-        found = replace(limited, absorber=replace(beside, exceeded=() if beaten else ("displacement_m",)))
+        found = replace(
+            limited, absorber=replace(beside, exceeded={} if beaten else {"displacement_m": 0.03})
+        )
         answer = answer_document(found)
         assert answer["called"] == called
         assert ("recommended" in design_report(found)) is not beaten

@@ -199,6 +199,7 @@ def test_a_comment_that_contradicts_no_heading_is_a_comment(comment: str) -> Non
         ("r, X/Z (dB)\n1, 2", "Convert the numbers to a ratio"),
         ("r, amplitude pp (mm)\n1, 2", "half of a peak-to-peak value"),
         ("r, peak-to-peak (mm)\n1, 2", "half of a peak-to-peak value"),
+        ("r, double amplitude (mm)\n1, 2", "half of a peak-to-peak value"),
         ("r, amplitude (mm rms)\n1, 2", "an rms value does not determine it"),
         ("r, x-z\n1, 2", 'The heading "x-z" names no known column'),
         ("r, amplitude (relative) (mm)\n1, 2", "names no known column"),
@@ -238,6 +239,8 @@ def test_a_comment_that_contradicts_no_heading_is_a_comment(comment: str) -> Non
         (table("time (s), deviation (mm)"), "must have one column of displacement"),
         (table("time (s), x (mm), x - z (mm)", line="{t}, {x}, {x}"), "must have one column of displacement"),
         (table("time (s), x"), 'The heading "x" states no unit'),
+        (table("Zeit (s), x (mm)"), "Did you mean `time (s)`?"),
+        (table("sec, x (mm)"), "Did you mean `time (sec)`?"),
         (table("time (s), x (mm)", rows=5), "it must have from 24 to 20,000 rows"),
         (
             table("time (s), x (mm)").replace("0.200,", "0.230,"),

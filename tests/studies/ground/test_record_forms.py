@@ -243,6 +243,7 @@ BROKEN: dict[str, tuple[str | bytes, str | None, str, str, str]] = {
     "spectral": (peer("PSEUDO SPECTRAL ACCELERATION IN UNITS OF G"), None, "line 3", "a response spectrum", "over time"),
     "spectrum in french": (columns("Période (s),Accélération spectrale (g)"), None, "line 1", "a response spectrum", "over"),
     "velocity in german": (columns("Zeit;Geschwindigkeit", "{t};{a}"), "g", "line 1", "a velocity", "differentiate this one"),
+    "a frequency response": (columns("frequency (Hz), amplitude (mm)"), None, "line 1", "a frequency", "`damperlab fit`"),
     "displacement in spanish": (columns("tiempo,desplazamiento"), "g", "line 1", "a displacement", "twice"),
     "a step in minutes": (peer(begin="NPTS= 40, DT= .0050 MIN"), None, "line 4", 'the step in "MIN"', "in s"),
     "a rate for a step": (peer(begin="NPTS= 40, DT= 0.2 kHz"), None, "line 4", 'the step in "kHz"', "in s"),

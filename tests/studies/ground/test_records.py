@@ -95,6 +95,12 @@ def test_units_may_repeat_what_the_file_says_and_not_contradict_it(
     assert (fault.field, fault.found) == ("units", f"{other} while the file says {own}")
 
 
+@pytest.mark.parametrize("spelled", ["m/s^2", "m/s²", "M/SEC/SEC", "gal", "mg", "% g", "ft/s2"])
+def test_units_are_given_in_every_spelling_that_a_heading_may_have(spelled: str) -> None:
+    said = read_record(f"time (s), acceleration ({spelled})\n0,0\n0.01,1\n0.02,0\n", "csv")
+    assert read_record("0,0\n0.01,1\n0.02,0\n", "csv", units=spelled).content == said.content
+
+
 @settings(max_examples=30, deadline=None)
 @given(st.binary(max_size=400))
 def test_no_bytes_break_the_readers(content: bytes) -> None:
