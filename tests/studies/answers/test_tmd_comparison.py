@@ -183,23 +183,6 @@ def test_of_a_damper_without_impacts_only_its_friction_is_named():
     assert own[2] == "γ_F = 0.8"
 
 
-def test_the_damper_of_a_study_of_one_is_named_by_all_of_its_values(whole):
-    at = {name: [0] for name in whole.dims if name != "frequency_ratio"}
-    at |= {"friction_ratio": [-1], "clearance_ratio": [0]}
-    only = whole.isel(at)
-    named = ", ".join(
-        f"{symbol} = {only[name].item():.3g}"
-        for name, symbol in (
-            ("restitution", "e"),
-            ("mass_ratio", "β"),
-            ("clearance_ratio", "d/Z"),
-            ("friction_ratio", "γ_F"),
-        )
-    )
-    assert tmd_comparison(only).attrs["brief"]["rows"][0][2] == named
-    assert named in " ".join(optimal_designs(only).attrs["verdict"])
-
-
 def test_an_unbounded_response_has_no_lower_peak():
     """Without damping the structure alone is unbounded at r = 1, whatever it is beside."""
     answer = tmd_comparison(linear([0.5, 1.0, 1.6], 0.0), Tuning("hinf", mass_ratio=0.1))

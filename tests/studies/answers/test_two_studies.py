@@ -35,17 +35,6 @@ def other(whole: xr.Dataset) -> xr.Dataset:
     return second
 
 
-def test_a_study_less_itself_is_0_wherever_it_has_a_value(whole: xr.Dataset) -> None:
-    answer = map_difference(whole, whole, *AXES, Selection(at={"frequency_ratio": 1.0}))
-    known = np.isfinite(answer["amplitude_ratio"].values)
-    assert known.any()
-    assert not known.all()
-    np.testing.assert_array_equal(answer["difference"].values, np.where(known, 0.0, np.nan))
-    note = answer.attrs["note"]
-    assert f"is 0 at every one of {known.sum()} points" in note
-    assert "differ in nothing else" in note
-
-
 def test_the_difference_is_that_of_the_cubes(whole: xr.Dataset, other: xr.Dataset) -> None:
     at = {"frequency_ratio": 1.0, "restitution": 0.2}
     answer = map_difference(whole, other, *AXES, Selection(at=at))
@@ -155,17 +144,6 @@ def test_a_study_does_not_differ_from_itself_and_a_gap_is_no_difference(whole: x
     # within three errors of each other nothing is claimed
     shifted["amplitude_error"] += 0.05
     assert not compared_response(whole, shifted, Selection(at=at))["differs"].any()
-
-
-def test_a_second_study_of_other_values_is_refused_with_both_values_and_the_remedy(whole: xr.Dataset) -> None:
-    first, second = whole.isel(restitution=[0]), whole.isel(restitution=[2])
-    with pytest.raises(QueryFault) as refused:
-        compared_response(first, second, Selection(at={"clearance_ratio": 5.0}))
-    assert str(refused.value) == (
-        "The studies differ in coefficient of restitution e: 0.2 in the first, 0.8 in the second. "
-        "Name a study with the same coefficient of restitution e, or subtract their maps with `minus`."
-    )
-    assert (refused.value.fault.found, refused.value.fault.allowed) == ("0.8", "0.2")
 
 
 def test_a_map_at_one_frequency_less_the_largest_over_a_band_is_refused(whole: xr.Dataset) -> None:

@@ -145,15 +145,3 @@ def test_a_sweep_is_a_record_with_one_digest() -> None:
         read_source(held | {"sha256": "0" * 64}, Shelf.none())
     with pytest.raises(StudyFaults, match="generated in one way"):
         read_source({"sweep": UP, "kanai_tajimi": {}}, Shelf.none())
-
-
-@pytest.mark.parametrize(
-    ("document", "words"),
-    [
-        (OCTAVES, "swept from 6 to 12 Hz at 10 octaves per minute with a base velocity of 25 mm/s"),
-        (ACCELERATED, "swept from 12 to 3 Hz at 20 octaves per minute with a base acceleration of 1 m/s²"),
-        (DOWN | {"base_amplitude_m": 4}, "swept from 10 to 6 Hz at 0.5 Hz/s with a base amplitude of 2 m"),
-    ],
-)
-def test_a_sweep_in_words_at_half_its_scale(document: dict[str, Any], words: str) -> None:
-    assert sweep_of(document).words_at(0.5) == words

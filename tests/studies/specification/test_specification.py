@@ -63,13 +63,6 @@ def faults_of(document: object) -> dict[str, str]:
     return told_of(parse_specification, document)
 
 
-def test_a_band_in_hertz_is_one_of_frequency_ratios() -> None:
-    asked = parse_specification(PROTOTYPE)
-    assert (asked.excitations[0].low, asked.excitations[0].high) == (0.8, 1.25)
-    assert asked.free == ("clearance_m", "friction_force_n")
-    assert asked.in_units
-
-
 def test_ratios_say_the_same_as_units() -> None:
     asked = parse_specification(PROTOTYPE | {"limits": {}})
     force_n = asked.structure.stiffness_n_per_m * 0.0015
@@ -95,12 +88,6 @@ def test_a_force_makes_its_static_displacement() -> None:
     stiffness = asked.structure.stiffness_n_per_m
     assert (one.lowest_m, one.highest_m) == pytest.approx((0.2 / stiffness, 0.6 / stiffness), rel=1e-14)
     assert asked.level(one.largest) == pytest.approx(0.6, rel=1e-14)
-
-
-def test_a_cavity_limit_cuts_the_clearance_with_its_tolerance_at_half_of_it() -> None:
-    asked = parse_specification(changed("limits.cavity_length_m", 0.02))
-    assert asked.choices["clearance_m"].stop == 0.01 - 0.0005
-    assert asked.bounds == {"clearance_m": "limits.cavity_length_m"}
 
 
 def choice_of(*materials: dict[str, Any]) -> Choice:
@@ -319,26 +306,6 @@ def test_vibration_and_shocks_read_as_records_and_each_seed_is_one() -> None:
     )
 
 
-def test_sweeps_stand_in_a_list_beside_bands_and_records() -> None:
-    document = PROTOTYPE | {
-        "excitation": [
-            {"name": "run-up", "sweep": SWEEP},
-            ONE,
-            {"records": ["el-centro", {"sweep": SWEEP | {"stop_hz": 4}}], "scales": [0.1, 0.2], "tail_s": 3},
-            {"name": "run-down", "sweep": DOWN, "scales": 0.5},
-        ]
-    }
-    asked = parse_specification(document)
-    assert len(asked.excitations) == 1
-    assert [each.name for each in asked.records] == ["run-up", "excitation 3", "run-down"]
-    assert [each.tail_s for each in asked.records] == [0.0, 3.0, 0.0]
-    assert under_records(asked.records[1]) == "under 1 ground-motion record and 1 sweep, each at 2 scales"
-    assert transients(asked) == "records and sweeps"
-    assert all(asked.records_of(case).cases.count(case) == 1 for case in asked.cases)
-    assert asked.measure.name == "worst_displacement"
-    assert parse_specification(asked.document).digest == asked.digest
-
-
 QUAKE = {"records": ["el-centro"]}
 SCALES = [scale + 1 for scale in range(26)]
 
@@ -479,9 +446,3 @@ def test_materials_may_differ_by_their_contact_time_alone() -> None:
 def test_a_damper_may_be_given_whole(choose: dict[str, Any] | None) -> None:
     document = without(PROTOTYPE, "choose") | {"clearance_m": 0.006, "friction_force_n": 0.2}
     assert parse_specification(document if choose is None else document | {"choose": choose}).free == ()
-
-
-def test_a_list_of_one_value_is_told_to_have_another() -> None:
-    told = faults_of(changed("choose.clearance_m", [0.004]))["choose.clearance_m"]
-    assert "Give another value, a range, or the number outside `choose`" in told
-    assert "fewer" not in told
