@@ -85,13 +85,6 @@ def test_a_heading_with_a_factor_is_refused(heading: str) -> None:
     assert "convert the numbers" in fault.advice
 
 
-@pytest.mark.parametrize("heading", ["displacement (mm)", "Disp", "peak (mm)", "temperature"])
-def test_nobody_is_told_to_remove_the_measurement(heading: str) -> None:
-    with pytest.raises(StudyFaults) as caught:
-        parse_measurement(f"frequency (Hz), {heading}\n9, 1\n")
-    assert "emove" not in str(caught.value)
-
-
 def test_every_fault_is_told_together() -> None:
     assert fields_of(parse_measurement, "r, X/Z\n1, x\n2, 3, 4\n0, 1\n") == [
         "line 2.amplitude_ratio",
@@ -198,7 +191,6 @@ def test_a_comment_that_contradicts_no_heading_is_a_comment(comment: str) -> Non
         ("r, amplitude (dB)\n1, 2", "Convert the numbers to one of these"),
         ("r, X/Z (dB)\n1, 2", "Convert the numbers to a ratio"),
         ("r, amplitude pp (mm)\n1, 2", "half of a peak-to-peak value"),
-        ("r, peak-to-peak (mm)\n1, 2", "half of a peak-to-peak value"),
         ("r, amplitude (mm rms)\n1, 2", "an rms value does not determine it"),
         ("r, x-z\n1, 2", 'The heading "x-z" names no known column'),
         ("r, amplitude (relative) (mm)\n1, 2", "names no known column"),
@@ -218,13 +210,7 @@ def test_a_comment_that_contradicts_no_heading_is_a_comment(comment: str) -> Non
         ("r, X/Z, deviation (mm)\n1, 2, 3", "must both be lengths or both be ratios"),
         ("r, X/Z, clearance (mm), clearance ratio\n1, 2, 3, 4", "both clearance_m and clearance_ratio"),
         ("frq (Hz), peak (µm)\n9, 1", "Did you mean `frequency (Hz)`?"),
-        ("f (Hz), peak (µm)\n9, 1", "Did you mean `amplitude (µm)`?"),
         ("f (Hz), amplitude\n9, 1", "State the unit of the numbers, as in `amplitude (m)` or"),
-        ("Run 4\nf (Hz), amplitude (mm)\n9, 1", "Remove the lines above line 2, or write # before them."),
-        (
-            "Run 4\ntime (s), displacement (mm)\n9, 1",
-            "Remove the lines above line 2, or write # before them.",
-        ),
         ("Run 4\n9, 1\n10, 2", "Write # before it, and add below it a line that names the columns"),
         ("9, 1\n10, 2", "Write such a line above it, with the units of the numbers."),
         ("r, X/Z\n1, 2, 3", "Line 2 has 3 cells, but the heading names 2 columns."),
@@ -237,7 +223,6 @@ def test_a_comment_that_contradicts_no_heading_is_a_comment(comment: str) -> Non
         (table("time (s), x (mm), x (mm)", line="{t}, {x}, {x}"), "names the column displacement_m twice"),
         (table("time (s), deviation (mm)"), "must have one column of displacement"),
         (table("time (s), x (mm), x - z (mm)", line="{t}, {x}, {x}"), "must have one column of displacement"),
-        (table("time (s), x"), 'The heading "x" states no unit'),
         (table("time (s), x (mm)", rows=5), "it must have from 24 to 20,000 rows"),
         (
             table("time (s), x (mm)").replace("0.200,", "0.230,"),
@@ -268,7 +253,6 @@ def test_a_comment_that_contradicts_no_heading_is_a_comment(comment: str) -> Non
             "# amplitudes are rms\nr, amplitude (mm)\n1, 2",
             'Line 1 mentions rms or peak-to-peak amplitudes: "# amplitudes are rms".',
         ),
-        (table("time (s), x (mm)", line="{t}, nan"), '`line 2.displacement_m` must be a number, not "nan".'),
         (table("time (s), x (mm), deviation (mm)", line="{t}, {x}, 0"), "must be a number above 0"),
         (table("time (s), x (mm)", line="{t}, 0"), "a structure that moves"),
         (table("time (s), x (mm)", line="{t}, -{t}"), "must begin at a release from rest"),
