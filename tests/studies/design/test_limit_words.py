@@ -151,24 +151,6 @@ def test_what_one_is_told_to_allow_is_enough_and_hardly_more(value: float) -> No
     assert float(f"{told:.4g}") == told
 
 
-@pytest.mark.parametrize(
-    ("friction_ratio", "bounded"),
-    [(0.3, False), (0.75, False), (0.82, True)],
-)
-def test_friction_below_pi_quarters_bounds_nothing_at_resonance(friction_ratio: float, bounded: bool) -> None:
-    """An undamped structure: friction F takes 4FX a cycle, the base gives πkZX. Den Hartog (1931)."""
-    assert (friction_ratio > math.pi / 4) == bounded
-    stiffness = 40.0 * (2 * math.pi * 8.0) ** 2
-    chosen = {"choose": {"clearance_m": DAMPED["choose"]["clearance_m"]}, "tolerances": {}}
-    force = {"friction_force_n": friction_ratio * stiffness * 0.001}
-    asked = parse_specification(DAMPED | AT_RESONANCE | chosen | force)
-    book, build = Book(asked, 10), Build(1.0, asked.choices["friction_force_n"].start, 0.0, 0.0)
-    amplitudes = amplitudes_of(asked, FEW)
-    cubes = [solved(each) for each in book.studies([Wanted(build, amplitudes[0], (1.0,))])]
-    book.add(cubes)
-    assert math.isfinite(score(book, build, amplitudes).value) == bounded
-
-
 def test_damping_bounds_a_response_however_little_is_known_of_it() -> None:
     """A chaotic run that ends in a trend: its error exceeds its mean, and the mean is a number all the same."""
     r = 0.95490625

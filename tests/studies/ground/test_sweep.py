@@ -10,7 +10,6 @@ from tests.studies.documents import without
 
 from damperlab.studies.faults import StudyFaults
 from damperlab.studies.ground.generated import GENERATED
-from damperlab.studies.ground.motion import MOST_SAMPLES
 from damperlab.studies.ground.shelf import Shelf
 from damperlab.studies.ground.source import read_source
 from damperlab.studies.ground.sweep import sweep_of
@@ -120,13 +119,6 @@ def test_what_is_no_sweep_is_refused_where_it_stands(document: object, field: st
     with pytest.raises(StudyFaults, match=words) as caught:
         GENERATED["sweep"](document)
     assert [fault.field for fault in caught.value.faults] == [field]
-
-
-def test_the_longest_sweep_has_as_many_samples_as_a_record_may_have() -> None:
-    longest = without(UP, "rate_hz_per_s") | {"duration_s": (MOST_SAMPLES - 1) / 720}
-    assert sweep_of(longest).samples == MOST_SAMPLES
-    with pytest.raises(StudyFaults, match="Sweep faster"):
-        sweep_of(longest | {"duration_s": longest["duration_s"] + 0.001})
 
 
 def test_a_sweep_is_a_record_with_one_digest() -> None:

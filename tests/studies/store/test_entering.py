@@ -123,6 +123,7 @@ def test_a_study_beyond_the_quota_is_refused_and_nothing_is_stored(tmp_path: Pat
     assert len(list((tmp_path / "cubes").glob("*.zarr"))) == 1
     assert with_room.submit(study, make_plan_of(study), {})[0] == record  # what is there is never refused
     with_room.delete(record.id)
+    assert with_room.usage().points == study.points  # until its files are gone
     with_room.bury()
     assert with_room.usage() == Usage(0, 0)
     assert with_room.submit(other, make_plan_of(other), {})[1]
@@ -151,17 +152,6 @@ def test_owners_are_counted_each_for_itself(tmp_path: Path) -> None:
         submit(make_study(damping_ratio=0.4), "ann")
     for damping in (0.5, 0.6, 0.7):
         submit(make_study(damping_ratio=damping), None)
-    store.close()
-
-
-def test_a_tombstone_counts_until_its_files_are_gone(tmp_path: Path) -> None:
-    store = Store.open(tmp_path)
-    study = make_study()
-    record = enter(store, study)
-    store.delete(record.id)
-    assert store.usage().points == study.points
-    store.bury()
-    assert store.usage().points == 0
     store.close()
 
 

@@ -113,22 +113,6 @@ def test_the_catalogue_remembers_its_bucket_and_shares_it_with_no_other(opened, 
         opened("local", f"{address}-elsewhere")
 
 
-def test_a_data_folder_belongs_to_the_catalogue_of_its_bucket(opened, tmp_path):
-    store = opened()
-    data = store.data_dir
-    store.close()
-    for file in data.glob("catalogue.sqlite*"):
-        file.rename(tmp_path / file.name)
-    with pytest.raises(StoreFault, match="DAMPERLAB_CATALOGUE"):
-        Store.open(data)
-    assert not list(data.glob("catalogue.sqlite*"))
-    Store.open(tmp_path / "other").close()
-    for file in (tmp_path / "other").glob("catalogue.sqlite*"):
-        file.rename(data / file.name)
-    with pytest.raises(StoreFault, match="belong"):
-        Store.open(data)
-
-
 def test_one_of_two_gets_a_name_that_is_put_once(address):
     bucket = open_bucket(address)
     assert bucket.put_new("name", b"first")
