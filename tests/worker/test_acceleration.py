@@ -16,7 +16,6 @@ from damperlab.studies.definition import parse_study
 from damperlab.studies.plan import Block
 from damperlab.studies.variables import ResponseClass, Status
 from damperlab.worker.block import solve_block
-from damperlab.worker.point import Design, simulate_ready
 from damperlab.worker.scenes import scenes
 from damperlab.worker.solver.excitation.sine import base_rate_at_phase_zero
 from damperlab.worker.solver.particle import Particle, Wall
@@ -256,18 +255,6 @@ def test_a_study_that_asks_for_no_acceleration_is_computed_without_it() -> None:
     study = parse_study(ASKED)
     assert not any(name.startswith("acceleration") for name in study.metrics)
     assert {scene.purpose for scene in scenes(study)} == {"steady"}
-
-
-@pytest.mark.night
-def test_the_acceleration_in_a_wall_is_measured_without_energies_too() -> None:
-    walls = Design(0.03, 0.9, 0.3, Particle(1.0, 0.5, 0.2, None, Wall(400.0, 0.6)))
-    asked, alone = (
-        simulate_ready(walls, settings=METERED._replace(energies=energies), followed=False).metrics
-        for energies in (True, None)
-    )
-    assert asked["impacts_per_cycle"] > 0
-    for name in ("acceleration_ratio", "acceleration_ratio_rms"):
-        assert alone[name] == asked[name]
 
 
 @pytest.mark.night

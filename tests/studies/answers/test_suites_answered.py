@@ -82,6 +82,12 @@ def test_a_map_is_of_the_worst_record_and_names_it_or_of_the_one_that_is_named()
         assert set(ranked[RECORD].values) == {name}
 
 
+def test_dampers_are_ranked_alike_in_pieces(monkeypatch: pytest.MonkeyPatch) -> None:
+    whole = worst_case_designs(made())
+    monkeypatch.setattr("damperlab.studies.answers.slab.BUDGET", 1)
+    assert worst_case_designs(made()).identical(whole)
+
+
 def test_friction_that_holds_the_structure_in_every_case_is_said_first() -> None:
     """The stored shares may be below 1 by rounding."""
     cube = made()

@@ -172,13 +172,6 @@ def test_the_next_step_asks_for_no_less_detuning_than_was_asked():
         assert named in answer.attrs["brief"]["next"]
 
 
-def test_of_a_damper_without_impacts_only_its_friction_is_named():
-    cube = linear(np.linspace(0.8, 1.6, 33), 0.02, friction_ratio=[0.4, 0.8], clearance_ratio=[1.0, 2.0])
-    answer = tmd_comparison(cube, Tuning("hinf", mass_ratio=0.01), {"friction_ratio": 0.8})
-    own = answer.attrs["brief"]["rows"][0]
-    assert own[2] == "γ_F = 0.8"
-
-
 def test_an_unbounded_response_has_no_lower_peak():
     """Without damping the structure alone is unbounded at r = 1, whatever it is beside."""
     answer = tmd_comparison(linear([0.5, 1.0, 1.6], 0.0), Tuning("hinf", mass_ratio=0.1))
