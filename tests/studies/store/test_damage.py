@@ -21,7 +21,7 @@ from damperlab.studies.store.care.rebuild import rebuild
 from damperlab.studies.store.care.sweep import collect_garbage, sweep
 from damperlab.studies.store.care.verify import check_catalogue, repair, verify
 from damperlab.studies.store.cube.coding import checksum
-from damperlab.studies.store.faults import BlockDamaged, CatalogueDamaged, StoreFault
+from damperlab.studies.store.faults import BlockDamaged, CatalogueDamaged, StoreFault, StudyBusy
 from damperlab.studies.store.store import Store
 
 METRICS = ["amplitude_ratio", "cycles", "run_time"]
@@ -195,6 +195,13 @@ def test_an_opened_cube_never_shows_a_block_that_was_replaced(store, written):
     sweep(store, written.id)
     with pytest.raises(BlockDamaged, match="replaced since the cube was opened"):
         opened["amplitude_ratio"].load()
+
+
+def test_blocks_are_not_taken_back_from_under_a_runner(store, written):
+    store.claim(written.id, "runner 7")
+    with pytest.raises(StudyBusy, match="runner 7"):
+        store.forget(written.id, [1], "by hand")
+    assert store.find(written.id).blocks_done == written.blocks_total
 
 
 def test_garbage_is_collected_and_nothing_else(store, written, tmp_path):
