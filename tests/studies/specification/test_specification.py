@@ -126,7 +126,6 @@ def test_every_fault_is_named_at_once() -> None:
     ("path", "value", "field", "words"),
     [
         ("excitation.force_n", 3.0, "excitation.force_n", "both given"),
-        ("excitation.base_acceleration_m_per_s2", 1.0, "excitation.base_acceleration_m_per_s2", "both given"),
         ("excitation.base_velocity_m_per_s", {"start": 2, "stop": 1}, "excitation.base_velocity_m_per_s", "both given"),
         ("excitation.sweep", 0.1, "excitation.sweep", "must be a mapping"),
         ("excitation.records", [], "excitation.records", "a list of 1 to 50 records"),
@@ -321,7 +320,6 @@ SCALES = [scale + 1 for scale in range(26)]
         ([ONE, ONE | {"name": ""}], "excitation[1].name"),
         ([ONE, {"base_amplitude_m": -1, "frequency_hz": 2.5}], "excitation[1].base_amplitude_m"),
         ([ONE, {"base_amplitude_m": 0.001}], "excitation[1].frequency_hz"),
-        ({"records": []}, "excitation.records"),
         ({"records": ["el-centro", "nowhere"]}, "excitation.records[1]"),
         ({"records": ["el-centro", "el-centro-180"]}, "excitation.records[1]"),
         (QUAKE | {"scales": [1, 0]}, "excitation.scales[1]"),
@@ -330,10 +328,8 @@ SCALES = [scale + 1 for scale in range(26)]
         (QUAKE | {"tail_s": -1}, "excitation.tail_s"),
         (QUAKE | {"frequency_hz": 2.5}, "excitation.frequency_hz"),
         ([QUAKE, {"records": "el-centro-180"}], "excitation[1].records[0]"),
-        ([ONE, {"records": ["nowhere"]}], "excitation[1].records[0]"),
         ([{"frequency_hz": 2}, QUAKE], "excitation[0]"),
         ({"sweep": SWEEP | {"stop_hz": 2}}, "excitation.sweep.stop_hz"),
-        ([ONE, {"sweep": SWEEP, "name": 3}], "excitation[1].name"),
         (QUAKE | {"sweep": SWEEP}, "excitation.sweep"),
         ([{"sweep": SWEEP}, {"sweep": SWEEP}], "excitation[1].sweep"),
         ({"sweep": SWEEP | {"rate_hz_per_s": 0.001}}, "excitation.sweep"),
@@ -344,14 +340,6 @@ def test_faults_of_an_excitation_are_named_where_they_stand(excitation: Any, fie
     structure = {"mass_kg": 40, "natural_frequency_hz": 25, "damping_ratio": 0.02}
     found = faults_of(PROTOTYPE | {"excitation": excitation, "structure": structure})
     assert [told for told in found if told.startswith("excitation")] == [field]
-
-
-@pytest.mark.parametrize("measure", ["worst_acceleration", "worst_rms_acceleration"])
-def test_accelerations_are_a_measure_of_all_that_shakes(measure: str) -> None:
-    both = {"excitation": [ONE, {"records": ["el-centro"]}]}
-    for document in (PROTOTYPE, SHAKEN, PROTOTYPE | both):
-        asked = parse_specification(document | {"measure": measure})
-        assert (asked.measure.name, asked.unit) == (measure, "m/s²")
 
 
 RUBBER = {"name": "rubber", "restitution": 0.3, "contact_time_s": 0.004}
@@ -402,7 +390,6 @@ LONG = [0.003, {"clearance_m": 0.004, "contact_time_s": 0.1}]
         # contact times: milliseconds taken for seconds, twice, and beside ratios
         ({"contact_time_s": 5.0}, "contact_time_s"),
         ({"contact_time_s": -0.001}, "contact_time_s"),
-        ({"contact_time_s": "short"}, "contact_time_s"),
         (changed("choose.clearance_m", LONG), "choose.clearance_m[1].contact_time_s"),
         (changed("choose.restitution", [0.8, RUBBER]) | {"contact_time_s": 0.004}, "contact_time_s"),
     ],
