@@ -18,13 +18,11 @@ from damperlab.studies.fit.measured import Measurement, parse_measurement
 @pytest.mark.parametrize(
     ("heading", "row", "frequency_hz", "amplitude_m", "deviation_m"),
     [
-        ("frequency (Hz), amplitude (mm), deviation (mm)", "2.5, 12, 0.3", 2.5, 0.012, 0.0003),
         ("Frequency [kHz];Amplitude [in];Standard deviation [%]", "0.0025;1;2", 2.5, 0.0254, 0.000508),
         ("frequency (rad/s)\tamplitude (µm)\tdeviation (m)", "6.283185307179586\t5\t1e-6", 1.0, 5e-6, 1e-6),
         ("frequency_hz,amplitude_m,deviation_m", "2.5,0.012,0.0003", 2.5, 0.012, 0.0003),
         ("excitation frequency (rpm), x (cm), deviation (cm)", "150, 1.2, 0.03", 2.5, 0.012, 0.0003),
         ("f / Hz; x / mm; deviation / mm", "2.5; 12; 0.3", 2.5, 0.012, 0.0003),
-        ("f in Hz, x in mm, deviation in mm", "2.5, 12, 0.3", 2.5, 0.012, 0.0003),
         ("frequency_khz,amplitude_mm,deviation_mm", "2.5D-3,1.2D1,3.0d-1", 2.5, 0.012, 0.0003),
         ("# frequency (Hz), amplitude (mm), deviation (%)", "2.5, 12, 2.5", 2.5, 0.012, 0.0003),
         ("% frequency (Hz)   amplitude (mm)  deviation (mm)", "  2.5  12 0.3 ", 2.5, 0.012, 0.0003),
@@ -170,9 +168,7 @@ def test_the_heading_tells_a_history_from_a_response(tmp_path: Path) -> None:
     "comment",
     [
         "displacement in mm, time in s",
-        "displacement in x direction",
         "largest displacement (in): 0.79",
-        "calibrated in g",
         "rms noise 0.1 mm",
     ],
 )
@@ -192,7 +188,6 @@ def test_a_comment_that_contradicts_no_heading_is_a_comment(comment: str) -> Non
         ("r, X/Z (dB)\n1, 2", "Convert the numbers to a ratio"),
         ("r, amplitude pp (mm)\n1, 2", "half of a peak-to-peak value"),
         ("r, amplitude (mm rms)\n1, 2", "an rms value does not determine it"),
-        ("r, x-z\n1, 2", 'The heading "x-z" names no known column'),
         ("r, amplitude (relative) (mm)\n1, 2", "names no known column"),
         (
             "Run 4, 3.2.2021\nOperator: X\n\nf (Hz), x (mm)\n9, 1",
@@ -216,12 +211,9 @@ def test_a_comment_that_contradicts_no_heading_is_a_comment(comment: str) -> Non
         ("r, X/Z\n1, 2, 3", "Line 2 has 3 cells, but the heading names 2 columns."),
         ("r, X/Z\n1,", "`line 2.amplitude_ratio` must be a number above 0, not an empty cell."),
         ("r, X/Z\n1, twelve", '`line 2.amplitude_ratio` must be a number above 0, not "twelve".'),
-        ("r, X/Z\n1, nan", 'not "nan"'),
-        ("r, X/Z\n-1, 2", '`line 2.frequency_ratio` must be a number above 0, not "-1".'),
         ("r, X/Z\n1e9, 2", "frequency_ratio` must be a number from 0.0001 to 10000"),
         ("r, X/Z, restitution\n1, 2, -1", "`line 2.restitution` must be a number of at least 0"),
         (table("time (s), x (mm), x (mm)", line="{t}, {x}, {x}"), "names the column displacement_m twice"),
-        (table("time (s), deviation (mm)"), "must have one column of displacement"),
         (table("time (s), x (mm), x - z (mm)", line="{t}, {x}, {x}"), "must have one column of displacement"),
         (table("time (s), x (mm)", rows=5), "it must have from 24 to 20,000 rows"),
         (
