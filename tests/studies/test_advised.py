@@ -268,9 +268,6 @@ HEAVY, MOVES, WIDE, RUBS = "heavier", "10 times as far", "larger than any motion
     ("changed", "words"),
     [
         ({"particle_mass_kg": 3000}, HEAVY),
-        ({"base_amplitude_m": 0.08}, MOVES),
-        ({"clearance_m": [0.2, 2.0]}, WIDE),
-        ({"friction_force_n": [16e3, 32e3]}, RUBS),
         (STUCK, "μ_i = 30 or more"),
     ],
 )

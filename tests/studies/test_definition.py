@@ -103,11 +103,6 @@ def test_what_is_no_mapping_is_no_study(document: object) -> None:
     assert set(faults(document)) == {"document"}
 
 
-def test_required_axes_are_named_when_missing() -> None:
-    assert set(faults({})) == {"axes.clearance_ratio", "axes.frequency_ratio"}
-    assert set(faults({"particle": False})) == {"axes.frequency_ratio"}
-
-
 @pytest.mark.parametrize(
     ("name", "allowed", "refused"),
     [
@@ -171,12 +166,6 @@ def test_status_is_stored_in_any_case_and_metrics_take_the_registrys_order() -> 
     assert set(faults(MINIMAL | {"metrics": []})) == {"metrics"}
 
 
-def test_faults_are_text_that_every_encoder_takes() -> None:
-    found = faults({"\ud800": 1, "name": "a\nb"})
-    json.dumps(found, ensure_ascii=False).encode("utf-8")
-    faults({"axes": {3: 4}})
-
-
 @pytest.mark.parametrize("document", EXAMPLES)
 def test_examples_parse_and_documents_parse_back(document: dict[str, Any]) -> None:
     study = parse_study(document)
@@ -198,11 +187,6 @@ def test_a_study_cannot_be_changed_or_made_past_the_checks() -> None:
         Study(axes=study.axes)
 
 
-json_values = st.recursive(
-    st.none() | st.booleans() | st.integers() | st.floats() | st.text(max_size=8),
-    lambda inner: st.lists(inner, max_size=4) | st.dictionaries(st.text(max_size=8), inner, max_size=4),
-    max_leaves=12,
-)
 known_keys = st.sampled_from(
     sorted({key for keys in KEYS.values() for key in keys} | {"start", "stop", "num", "spacing"})
 )
@@ -211,7 +195,8 @@ near_values = st.recursive(
     | st.booleans()
     | st.integers()
     | st.floats()
-    | st.sampled_from(["rest", "log", "instant", "x"]),
+    | st.sampled_from(["rest", "log", "instant"])
+    | st.text(max_size=8),
     lambda inner: st.lists(inner, max_size=4) | st.dictionaries(known_keys, inner, max_size=6),
     max_leaves=20,
 )
@@ -240,12 +225,6 @@ def means_something(study: Study) -> None:
     assert study.points == math.prod(study.shape) >= 1
 
 
-@given(json_values | near_values)
-@settings(max_examples=60, deadline=None)
-def test_arbitrary_json_only_ever_raises_study_faults(document: object) -> None:
-    parses_or_is_refused(document)
-
-
 @given(st.sampled_from([*EXAMPLES, *(s.document() for s in named_studies().values())]), st.data())
 @settings(max_examples=80, deadline=None)
 def test_damaged_studies_only_ever_raise_study_faults(base: dict[str, Any], data: st.DataObject) -> None:
@@ -257,7 +236,7 @@ def test_damaged_studies_only_ever_raise_study_faults(base: dict[str, Any], data
             if here.get(key) and isinstance(here[key], dict) and data.draw(st.booleans()):
                 here = here[key]
                 continue
-            here[key] = data.draw(near_values | json_values)
+            here[key] = data.draw(near_values)
             break
     parses_or_is_refused(document)
 

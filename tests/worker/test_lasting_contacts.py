@@ -135,24 +135,6 @@ def test_contacts_that_take_time_agree_with_other_integrators_in_plain_python() 
         assert_yields(one, *wall)
 
 
-@pytest.mark.night
-@pytest.mark.parametrize("contact_time", [1e-9, *(one.contact_time for one in CONTACT_TIMES.values())])
-@pytest.mark.parametrize(
-    ("clearance", "restitution"),
-    [(10.0, 0.47), (0.3, 0.47), (0.5, 0.01), (2.0, 1.0)],
-    ids=["impacts", "chatter", "plastic", "elastic"],
-)
-@pytest.mark.parametrize("friction", [0.0, 0.8])
-@pytest.mark.parametrize("model", MODELS)
-def test_energy_balances(
-    model: str, friction: float, clearance: float, restitution: float, contact_time: float
-) -> None:
-    particle = with_contact(Particle(clearance, restitution, 0.1), model, contact_time)
-    found = simulate(Design(0.0038, 0.9, friction, particle), 20).metrics
-    assert found["status"] == Status.MAX_CYCLES
-    assert found["energy_residual"] <= 1e-11
-
-
 @pytest.mark.parametrize(
     ("friction", "stiffness", "form"),
     [(0.8, 10.0, "plain"), *(night(f, k, "jitted") for f in (0.0, 0.8) for k in (10.0, 1e4))],
@@ -174,29 +156,6 @@ def test_the_history_in_compliant_walls_is_the_motion(friction: float, stiffness
     assert u[-1] == pytest.approx(found.state["u"], abs=1e-11)
     assert p[-1] == pytest.approx(found.state["p"], abs=1e-11)
     assert np.isfinite(v).all()
-
-
-@pytest.mark.night
-def test_a_held_particle_keeps_its_wall_whatever_the_force() -> None:
-    """A contact longer than the run: after the first impact the particle never leaves the wall, which pulls it too."""
-    short = simulate(Design(0.02, 1.0, 1e-3, Particle(0.5, 0.47, 0.1, 1e3)), 12, history=12)
-    assert (short.events["impacts"], short.events["attachments"]) == (1, 0)
-    u, p, time = (short.history[name] for name in ("u", "p", "time"))
-    struck = int(short.history["impact"].nonzero()[0][0])
-    after = slice(struck + 1, None)
-    assert abs(abs(u[after] - p[after]) - 0.5).max() <= 1e-12
-    assert time[-1] - time[struck] > 10.0 * 2.0 * pi
-
-
-@pytest.mark.night
-@pytest.mark.parametrize("restitution", [0.0, 0.6])
-def test_a_particle_without_mass_is_thrown_back_by_a_mass_that_is_held(restitution: float) -> None:
-    """It moves as one of next to no mass, whose push a held mass does not feel."""
-    found, other = (
-        simulate(Design(0.02, 0.5, 0.3, Particle(0.5, restitution, beta, 0.5)), 6) for beta in (0.0, 1e-13)
-    )
-    assert found.events["impacts"] == other.events["impacts"] > 6
-    assert list(found.state.values()) == pytest.approx(list(other.state.values()), abs=1e-9)
 
 
 @pytest.mark.night

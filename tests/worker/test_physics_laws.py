@@ -85,13 +85,6 @@ def test_joining_and_parting_is_one_rebound(form: str, speed: float, e: float, m
 
 @both
 @FIXED
-@given(u=speeds, p=speeds, e=restitutions)
-def test_a_particle_without_mass_changes_nothing(form: str, u: float, p: float, e: float) -> None:
-    assert in_form(rebound, form)(u, p, e, 0.0)[0] == 0.0
-
-
-@both
-@FIXED
 @given(e=st.floats(0.01, 0.999), time=st.floats(1e-6, 10.0), mass=st.floats(1e-3, 10.0))
 @example(e=0.1353352832366127, time=1.0, mass=0.1)  # e⁻², where the wall is critically damped
 @example(e=0.05, time=1.0, mass=0.1)  # overdamped

@@ -18,12 +18,10 @@ from damperlab.studies.store.solver import SOURCES, identity_of, is_outdated, so
 from damperlab.studies.store.store import Store
 from damperlab.worker.provenance import (
     WrongCode,
-    code_hash,
     computing,
     one_identity,
     provenance,
     require_begun_alike,
-    require_code,
     require_identity,
     require_solver,
 )
@@ -104,12 +102,6 @@ def test_every_source_between_a_study_and_its_values_is_counted() -> None:
     assert all((ROOT / source).exists() for source in SOURCES)
     assert is_outdated({}), "what was not written down"
     assert not is_outdated({"solver": solver()})
-
-
-def test_code_hash_is_what_workers_are_held_to() -> None:
-    require_code(code_hash())
-    with pytest.raises(WrongCode, match="0000"):
-        require_code("0" * 64)
 
 
 def test_cube_begun_by_another_solver_is_not_continued() -> None:

@@ -159,7 +159,6 @@ def test_a_map_of_dampers_shows_the_worst_base_amplitude_and_frequency(cube: xr.
     where = values.max(axis=3).argmax(axis=2).T
     np.testing.assert_array_equal(answer["base_amplitude_m_at"], Z[where])
     assert "3 base amplitudes from 1 to 4 mm" in answer.attrs["note"]
-    assert "3 base amplitudes from 1 to 4 mm" in answer.attrs["in_units"]["note"]
     lengths = resonance_map(cube, "clearance_m", "friction_force_n")
     np.testing.assert_array_equal(lengths["amplitude_m"], (values * Z[:, None]).max(axis=(2, 3)).T)
     assert "amplitude_error_m" in lengths
@@ -184,7 +183,6 @@ def test_a_curve_of_no_named_damper_is_that_of_the_best_at_its_worst_base_amplit
     values = cube["amplitude_m"].values[0, 0, 0, c, f]
     np.testing.assert_array_equal(curve["amplitude_m"], values[values.max(axis=1).argmax()])
     assert float(curve["amplitude_m"].max()) == worst.min()
-    assert "(the worst of 3 for the best design)" in curve.attrs["note"]
 
 
 def test_dampers_are_ranked_by_their_worst_amplitude_and_frequency(cube: xr.Dataset) -> None:
@@ -216,7 +214,6 @@ def test_dampers_are_ranked_by_their_worst_amplitude_and_frequency(cube: xr.Data
         lambda _: {},
     )
     np.testing.assert_array_equal(band["value"], np.sort(values[:, :, 1:, 1:3].max(axis=(2, 3)).ravel()))
-    assert "2 base amplitudes, 2 frequencies" in band.attrs["note"]
 
 
 @pytest.mark.parametrize("constant", ["displacement", "velocity", "acceleration"])
@@ -243,7 +240,6 @@ def test_a_tuned_mass_damper_is_compared_at_one_base_amplitude(
         assert words["verdict"]
         assert (f"The {constant} of the base is the same at every frequency" in words["note"]) is falls
     assert "2 mm" in answer.attrs["in_units"]["note"]
-    assert "clearance d = 10 mm, friction force F_f = 1.5 N" in answer.attrs["in_units"]["note"]
     with pytest.raises(QueryFault) as refused:
         at_one_amplitude(whole, {})
     assert refused.value.fault.field == "base_amplitude_m"

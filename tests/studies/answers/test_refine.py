@@ -113,9 +113,7 @@ def test_a_study_whose_designs_all_grow_without_bound_is_refused_with_the_reason
     name, cube = named(study)
     with pytest.raises(QueryFault) as refused:
         refine_optimum(study, {name: cube})
-    assert "grows without bound: nothing dissipates the energy" in str(refused.value)
     assert refused.value.fault.field == "damping_ratio"
-    assert str(refused.value).endswith("Give the structure damping, or friction above γ_F = π/4.")
 
 
 def test_a_class_boundary_is_found_where_friction_locks_the_mass():
@@ -147,7 +145,6 @@ def test_a_search_is_told_in_the_units_of_the_study() -> None:
     newtons = 0.2 * 10 * (2 * np.pi * 5) ** 2 * 0.002
     assert place.values["steps"] == {"friction_ratio": pytest.approx(0.2)}
     assert f"{newtons:.3g} N in friction force F_f" in step.say(Phrases.of(with_units(cube)))
-    assert "0.2 in friction ratio γ_F" in step.say()
 
 
 def test_a_follow_up_of_a_hybrid_keeps_everything_but_the_axes():

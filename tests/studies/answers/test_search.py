@@ -160,20 +160,6 @@ def test_errors_are_not_taken_for_dips() -> None:
         assert truth <= 1.08  # four standard errors of the least
 
 
-@pytest.mark.night
-def test_a_budget_ends_a_search_that_ruggedness_would_keep_going_and_says_so() -> None:
-    study = study_of(*GRID)
-
-    def rugged(d: np.ndarray, g: np.ndarray) -> np.ndarray:
-        return 1.5 + 0.4 * np.sin(1e4 * d) * np.cos(3e4 * g)
-
-    found, _ = pursued(study, rugged, False, lambda s, c: refine_optimum(s, c, Search(1e-6, budget=500)))
-    assert not found.known
-    assert found.spent["points"] <= 81 + 500
-    assert "can contain a design better" in found.say()
-    assert "budget of 500 points" in found.say()
-
-
 def test_designs_are_covered_by_few_grids_with_little_else() -> None:
     rng = np.random.default_rng(2)
     designs = np.unique(rng.integers(0, 12, (20, 2)), axis=0).astype(float)

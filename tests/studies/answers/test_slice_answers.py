@@ -31,7 +31,6 @@ def test_a_map_holds_the_slice_with_error_class_and_status(cube, whole):
     assert answer.attrs["points_failed"] == (status > 1).sum()
     assert answer["restitution"].item() == 0.5
     assert answer["frequency_ratio"].item() == 1.2
-    assert "nearest to the 0.55 asked for" in answer.attrs["note"]
 
 
 @pytest.mark.parametrize(
@@ -63,7 +62,6 @@ def test_dimensions_that_were_not_asked_for_are_those_of_the_best_design_and_sai
     answer = resonance_map(whole, "friction_ratio", "restitution")
     assert answer["clearance_ratio"].item() == best["clearance_ratio"]
     assert f"d/Z = {best['clearance_ratio']:g} (of the best design)" in answer.attrs["note"]
-    assert "mass ratio β = 0.1," in answer.attrs["note"] + ","  # there was nothing to choose
     curve = frequency_response(whole)
     assert {name: curve[name].item() for name in best} == best
     # among those at what is named
@@ -98,7 +96,6 @@ def test_a_partly_computed_band_says_how_much_of_each_point_is_there(cube, whole
     expected = (whole["status"].values[0, 1, 0] >= 0).mean(axis=-1).T
     np.testing.assert_allclose(answer["computed_share"], expected, rtol=1e-15)
     assert 0 < answer.attrs["complete"] < 1
-    assert "Not everything is computed" in answer.attrs["note"]
 
 
 def test_any_two_dimensions_make_a_map(cube, whole):
@@ -136,7 +133,6 @@ def test_an_extremum_over_a_dimension_brings_its_place(cube, whole, monkeypatch,
         assert hidden.any()
         assert np.isnan(answer["amplitude_ratio"].values[hidden]).all()
         assert (answer["status"].values[hidden] > Status.MAX_CYCLES).all()
-        assert "Where a point failed" in answer.attrs["note"]
         known &= ~failed.any(axis=0)
     assert not np.isnan(answer["amplitude_ratio"].values[known]).any()
     fill = -np.inf if reduce == "max" else np.inf
@@ -168,7 +164,6 @@ def test_a_reduction_is_that_of_the_worst_frequency(cube, whole, monkeypatch, bu
     expected = expected.where(np.isfinite(expected))  # infinite where one failed
     np.testing.assert_allclose(answer["amplitude_ratio"], expected, rtol=4 * np.finfo(float).eps)
     assert (answer.attrs["over"], answer.attrs["worst_over"]) == ("restitution", "frequency_ratio")
-    assert "frequencies from r" in answer.attrs["note"]
     assert answer.attrs["points"] == part["status"].size
     assert answer.attrs["complete"] == float((part["status"] >= 0).mean())
     if reduce == "mean":
@@ -217,7 +212,6 @@ def test_a_curve_runs_along_the_frequency(cube, whole):
         np.testing.assert_array_equal(answer[name], whole[name].values[0, 0, 0, 3, 1])
     assert answer["clearance_ratio"].item() == 10.0
     assert answer.attrs["complete"] == (whole["status"].values[0, 0, 0, 3, 1] >= 0).mean()
-    assert "nearest to the 9 asked for" in answer.attrs["note"]
 
 
 def test_what_was_asked_for_is_said_as_people_write_it(whole):

@@ -114,9 +114,6 @@ def test_a_curve_that_is_not_computed_has_no_peak_and_no_ratio(whole):
     assert answer.attrs["complete"] == 0
     assert "6 of 6 frequencies have no value (6 not computed yet)" in answer.attrs["verdict"][0]
     assert answer.attrs["brief"]["damper"] is None
-    whole["status"][:] = Status.TOO_MANY_EVENTS
-    (sentence,) = tmd_comparison(whole, Tuning("hinf")).attrs["verdict"]
-    assert "6 of 6 frequencies have no value (6 failed)" in sentence
 
 
 def linear(r: Sequence[float], damping: float, **axes: float | list[float]) -> xr.Dataset:
@@ -159,7 +156,6 @@ def test_a_flank_at_which_the_particle_begins_to_strike_may_change_the_winner():
     assert not answer.attrs["judged"]
     brief = answer.attrs["brief"]
     assert brief["damper"] is None
-    assert brief["sentences"][0].startswith("Not known which is better: ")
     assert "num: " in brief["next"]
     # a flank that high cannot reach the peak of an absorber of a hundredth of the mass
     assert tmd_comparison(cube, Tuning("hinf", mass_ratio=0.01)).attrs["judged"]
@@ -174,30 +170,6 @@ def test_the_next_step_asks_for_no_less_detuning_than_was_asked():
     ):
         answer = tmd_comparison(cube, Tuning("hinf", mass_ratio=0.1, detuning=detuning))
         assert named in answer.attrs["brief"]["next"]
-
-
-def test_of_a_damper_without_impacts_only_its_friction_is_named():
-    cube = linear(np.linspace(0.8, 1.6, 33), 0.02, friction_ratio=[0.4, 0.8], clearance_ratio=[1.0, 2.0])
-    answer = tmd_comparison(cube, Tuning("hinf", mass_ratio=0.01), {"friction_ratio": 0.8})
-    own = answer.attrs["brief"]["rows"][0]
-    assert own[2] == "γ_F = 0.8"
-
-
-def test_the_damper_of_a_study_of_one_is_named_by_all_of_its_values(whole):
-    at = {name: [0] for name in whole.dims if name != "frequency_ratio"}
-    at |= {"friction_ratio": [-1], "clearance_ratio": [0]}
-    only = whole.isel(at)
-    named = ", ".join(
-        f"{symbol} = {only[name].item():.3g}"
-        for name, symbol in (
-            ("restitution", "e"),
-            ("mass_ratio", "β"),
-            ("clearance_ratio", "d/Z"),
-            ("friction_ratio", "γ_F"),
-        )
-    )
-    assert tmd_comparison(only).attrs["brief"]["rows"][0][2] == named
-    assert named in " ".join(optimal_designs(only).attrs["verdict"])
 
 
 def test_an_unbounded_response_has_no_lower_peak():
@@ -266,7 +238,6 @@ def test_what_is_not_named_of_a_design_is_that_of_the_best_and_it_is_said():
 def test_of_a_study_of_which_a_part_is_computed_neither_damper_is_recommended(cube):
     brief = tmd_comparison(cube).attrs["brief"]
     assert brief["damper"] is None
-    assert "so nothing is recommended yet." in brief["sentences"][0]
     assert brief["next"] == "damperlab run answers"
 
 

@@ -169,12 +169,3 @@ def test_masses_end_at_their_limit_and_lists_are_kept_to() -> None:
 def test_what_a_lighter_mass_does_as_well_is_not_on_the_front(given: Found) -> None:
     worse = replace(given.front[1], score=given.front[0].score)
     assert undominated((given.front[0], worse, given.front[2])) == (given.front[0], given.front[2])
-
-
-@pytest.mark.night
-def test_a_budget_that_ends_before_the_masses_says_which_are_left_out() -> None:
-    found, _ = pursued(GIVEN, 2000)
-    assert found.book.spent <= 2000
-    assert len(found.front) < 5
-    missing = 5 - len(found.front)
-    assert f"response against mass for {missing} of 5 masses" in found.left_out

@@ -80,28 +80,6 @@ def test_friction_of_the_particle_is_in_what_a_design_asks_under_a_velocity_and_
         assert numbers["particle_friction_coefficient"] == 0.1
 
 
-@pytest.mark.night
-@pytest.mark.parametrize("excitation", [VELOCITY, RECORDS])
-def test_friction_of_the_particle_counts_under_a_velocity_and_under_records(
-    excitation: dict[str, Any],
-) -> None:
-    fixed = FLOOR | {"choose": {}, "clearance_m": 0.004, "excitation": excitation}
-    if excitation is RECORDS:
-        fixed |= {"measure": "worst_relative_displacement"}
-    stuck = pursued(fixed | {"particle_friction_coefficient": 1e3}, 3000)[0]
-    # a particle that never slides is dead mass: that of a damper with friction alone on a heavier structure
-    heavier = FLOOR["structure"] | {
-        "mass_kg": 270,
-        "natural_frequency_hz": 7.6 * (250 / 270) ** 0.5,
-        "damping_ratio": 0.02 * (250 / 270) ** 0.5,
-    }
-    dead = pursued(fixed | {"structure": heavier, "particle_mass_kg": 0}, 3000)[0]
-    assert stuck.stated.value == pytest.approx(dead.stated.value, rel=1e-6)
-    free = pursued(fixed, 3000)[0]
-    assert free.stated.value != pytest.approx(dead.stated.value, rel=1e-3)
-    assert "particle_friction_coefficient" in free.margins
-
-
 LEVELLED = FLOOR | {"tilt_deg": 0, "particle_friction_coefficient": 0}
 
 
@@ -109,15 +87,6 @@ def test_a_level_cavity_without_friction_asks_for_the_studies_of_one_of_which_no
     plain, said = (next(designing(parse_specification(asked), 1500)) for asked in (FLOOR, LEVELLED))
     assert [study.digest for study in said.studies] == [study.digest for study in plain.studies]
     assert not any("gravity_ratio" in study.coordinates for study in said.studies)
-
-
-@pytest.mark.night
-def test_a_level_cavity_without_friction_has_the_answer_of_one_of_which_nothing_is_said() -> None:
-    plain, said = (pursued(asked, 1500)[0] for asked in (FLOOR, LEVELLED))
-    assert said.build.cavity == LEVEL
-    assert said.stated == plain.stated
-    first = [answer_document(each)["verdict"]["rows"][0][:2] for each in (plain, said)]
-    assert first == [["assumed", "lying, frictionless"], ["given", "lying, frictionless"]]
 
 
 def test_the_friction_of_the_particle_that_a_damper_bears_is_computed_with_it() -> None:
@@ -147,44 +116,12 @@ def test_a_damper_that_bears_all_friction_that_is_looked_at_is_not_said_to_fail(
     assert row[2].endswith(f"μ_i = {COEFFICIENTS[-1]:g}, the highest examined")
 
 
-@pytest.mark.night
-def test_the_friction_of_the_particle_may_be_chosen() -> None:
-    fixed = FLOOR | {"clearance_m": 0.004, "excitation": NARROW}
-    found = pursued(fixed | {"choose": {"particle_friction_coefficient": [0.05, 0.5]}}, 1000)[0]
-    alone = {
-        friction: pursued(fixed | {"choose": {}, "particle_friction_coefficient": friction}, 400)[0]
-        for friction in (0.05, 0.5)
-    }
-    best = min(alone, key=lambda friction: alone[friction].stated.value)
-    assert found.build == alone[best].build
-    assert found.stated.value == pytest.approx(alone[best].stated.value, rel=2e-3)
-    document = answer_document(found)
-    assert document["design"]["particle_friction_coefficient"] == best
-    assert document["verdict"]["rows"][0][:2] == ["chosen", f"lying, μ_i = {best}"]
-    margin = found.margins["particle_friction_coefficient"]
-    assert margin.low <= best <= margin.high
-
-
 def test_a_range_of_the_friction_and_a_list_of_tilts_are_candidates() -> None:
     chosen = {"particle_friction_coefficient": {"start": 0, "stop": 0.5}, "tilt_deg": [0, 30, 90]}
     space = Space(parse_specification(FLOOR | {"clearance_m": 0.004, "choose": chosen}))
     assert space.names == ("particle_friction_coefficient", "tilt_deg")
     assert space.build((0.5, 0.4)).cavity == Cavity(0.25, 30)
     assert space.build((0.0, 0.0)).cavity == LEVEL
-
-
-@pytest.mark.night
-def test_a_tolerance_of_the_friction_of_the_particle_is_in_the_corners_and_the_builds() -> None:
-    fixed = FLOOR | RUBS | {"choose": {}, "clearance_m": 0.004, "builds": 2, "excitation": NARROW}
-    exact = pursued(fixed, 400)[0]
-    found = pursued(fixed | {"tolerances": {"particle_friction_coefficient": 0.05}}, 1000)[0]
-    alone = [
-        pursued(fixed | {"particle_friction_coefficient": friction}, 400)[0].stated.value
-        for friction in (0.05, 0.15)
-    ]
-    assert max(alone) > 1.01 * exact.stated.value
-    assert found.stated.value == pytest.approx(max(alone), rel=2e-3)
-    assert found.builds is not None
 
 
 @pytest.mark.parametrize(

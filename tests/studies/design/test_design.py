@@ -7,12 +7,11 @@ from typing import Any
 import numpy as np
 import pytest
 import xarray as xr
-from tests.oracles import forced_friction
 from tests.studies.solving import solved
 
 from damperlab.studies.brief import lines_of
 from damperlab.studies.design.answer import answer_document
-from damperlab.studies.design.design import Ask, designing
+from damperlab.studies.design.design import designing
 from damperlab.studies.design.found import Found
 from damperlab.studies.design.spelling import rounded_up
 from damperlab.studies.faults import StudyFaults
@@ -68,45 +67,6 @@ def pursued(
 @pytest.fixture(scope="module")
 def damped() -> tuple[Found, dict[str, xr.Dataset]]:
     return pursued(DAMPED)
-
-
-@pytest.mark.night
-def test_friction_alone_is_den_hartogs(damped) -> None:
-    found, _ = damped
-    alone = found.alternatives["friction_alone"]
-    assert alone.build.particle_mass_kg == 0.0
-    ratio = alone.score.build.place(found.asked.structure, 0.001)[4]
-    exact = forced_friction.non_stop(0.02, alone.score.frequency_ratio, ratio)
-    assert alone.score.value == pytest.approx(0.001 * exact.amplitude_ratio, rel=1e-8)
-
-
-@pytest.mark.night
-def test_an_interrupted_design_ends_as_one_that_was_not(damped) -> None:
-    found, cubes = damped
-    asked = parse_specification(DAMPED)
-
-    def begun_anew(done: dict[str, xr.Dataset]) -> Ask | Found:
-        """Go on with what is done, up to the first round of which something is missing."""
-        rounds = designing(asked, BUDGET)
-        try:
-            ask = next(rounds)
-            while all(study.digest in done for study in ask.studies):
-                ask = rounds.send([done[study.digest] for study in ask.studies])
-        except StopIteration as end:
-            whole: Found = end.value
-            return whole
-        return ask
-
-    # what was done when it was killed, in whatever order it is handed over
-    done = dict(reversed(list(cubes.items())[: len(cubes) // 2]))
-    ask = begun_anew(done)
-    assert isinstance(ask, Ask)
-    missing = {study.digest for study in ask.studies} - done.keys()
-    assert missing
-    assert missing <= cubes.keys()
-    resumed = begun_anew(cubes)
-    assert isinstance(resumed, Found)
-    assert answer_document(resumed) == answer_document(found)
 
 
 @pytest.mark.night

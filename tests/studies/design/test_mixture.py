@@ -58,30 +58,6 @@ def test_no_other_force_keeps_both_lower(both) -> None:
 
 
 @pytest.mark.night
-@pytest.mark.parametrize(
-    ("strong", "both"),
-    [
-        (MACHINE, [MACHINE, QUAKE | {"scales": [0.001]}]),
-        # whose peak is friction's alone: a structure that its base does not move does not move against it
-        (QUAKE, [MACHINE | {"base_amplitude_m": 1e-5}, QUAKE]),
-    ],
-    ids=["hardly shaken", "hardly moved"],
-)
-def test_what_hardly_shakes_beside_another_changes_no_damper(
-    strong: dict[str, Any], both: list[dict[str, Any]]
-) -> None:
-    asked = BOTH | {"measure": "worst_relative_displacement"}
-    together, _ = pursued(asked | {"excitation": both}, BUDGET)
-    alone, _ = pursued(asked | {"excitation": without(strong, "name")}, BUDGET)
-    assert together.build == alone.build
-    assert (together.stated.value, together.stated.error) == (alone.stated.value, alone.stated.error)
-    if strong is MACHINE:
-        assert together.binding.low == alone.binding.low
-    else:
-        assert together.stated.under == alone.stated.under
-
-
-@pytest.mark.night
 def test_the_tuned_mass_damper_is_judged_under_both(both) -> None:
     found, _ = both
     (records,) = found.asked.records

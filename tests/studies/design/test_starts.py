@@ -4,7 +4,6 @@ from typing import Any
 
 import pytest
 from tests.studies.design.test_design import BUDGET, DAMPED, pursued
-from tests.studies.documents import without
 
 from damperlab.studies.design.design import designing
 from damperlab.studies.design.found import Found
@@ -55,15 +54,6 @@ def test_every_study_of_a_search_computes_the_response_that_counts(judge: str) -
         document = study.document()
         assert (document["start"] == "rest") == (judge == "rest")
         assert ("amplitude_ratio_worst" in document["metrics"]) == (judge == "worst")
-
-
-@pytest.mark.night
-def test_no_start_leads_beyond_the_worst_response_where_that_counts(light: Found) -> None:
-    given = {"clearance_m": light.build.clearance_m, "builds": 0}
-    worst, _ = pursued(without(LIGHT, "choose") | given | {"judge": "worst"})
-    assert worst.starts.beyond == 0
-    assert worst.nominal.value >= light.nominal.value
-    assert worst.nominal.value >= worst.starts.worst * (1 - 1e-9)
 
 
 @pytest.mark.night

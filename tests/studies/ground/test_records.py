@@ -276,17 +276,11 @@ HYBRID = case("particle and friction", 5.75e-3)
     [
         # the damper with fewer parts is named as good and not as least
         ([case("TMD", 5.8e-3), HYBRID], "TMD moves as little as any, within 2 %, against the base: 5.8 mm"),
-        ([case("TMD", 5.9e-3), HYBRID], "particle and friction moves least against the base: 5.75 mm"),
         ([case("TMD", 5.7e-3), HYBRID], "TMD moves least against the base: 5.7 mm"),
-        # a structure that moves with the ground is not damped, however little it moves against its base
-        (
-            [case("no damper", 0.05, 12.0), case("friction", 0.0, 2.5, 1.0)],
-            "friction holds the structure to its base throughout: it moves with the ground, at up to 2.5 m/s²",
-        ),
-        # a stored share is a quotient of two sums, and may be below 1 by rounding
+        # a structure that moves with the ground is not damped; a stored share may be below 1 by rounding
         (
             [case("no damper", 0.05, 12.0), case("friction", 0.0, 2.5, 1.0 - 4e-14)],
-            "friction holds the structure to its base throughout",
+            "friction holds the structure to its base throughout: it moves with the ground, at up to 2.5 m/s²",
         ),
         ([case("TMD", 5e-3)], "Under quake the structure moves 5 mm against the base (TMD)."),
     ],

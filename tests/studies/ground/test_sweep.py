@@ -10,7 +10,6 @@ from tests.studies.documents import without
 
 from damperlab.studies.faults import StudyFaults
 from damperlab.studies.ground.generated import GENERATED
-from damperlab.studies.ground.motion import MOST_SAMPLES
 from damperlab.studies.ground.shelf import Shelf
 from damperlab.studies.ground.source import read_source
 from damperlab.studies.ground.sweep import sweep_of
@@ -122,13 +121,6 @@ def test_what_is_no_sweep_is_refused_where_it_stands(document: object, field: st
     assert [fault.field for fault in caught.value.faults] == [field]
 
 
-def test_the_longest_sweep_has_as_many_samples_as_a_record_may_have() -> None:
-    longest = without(UP, "rate_hz_per_s") | {"duration_s": (MOST_SAMPLES - 1) / 720}
-    assert sweep_of(longest).samples == MOST_SAMPLES
-    with pytest.raises(StudyFaults, match="Sweep faster"):
-        sweep_of(longest | {"duration_s": longest["duration_s"] + 0.001})
-
-
 def test_a_sweep_is_a_record_with_one_digest() -> None:
     source, motion = read_source({"sweep": UP}, Shelf.none())
     assert (source.id, source.sha256) == (f"u-{motion.digest}", motion.sha256)
@@ -145,15 +137,3 @@ def test_a_sweep_is_a_record_with_one_digest() -> None:
         read_source(held | {"sha256": "0" * 64}, Shelf.none())
     with pytest.raises(StudyFaults, match="generated in one way"):
         read_source({"sweep": UP, "kanai_tajimi": {}}, Shelf.none())
-
-
-@pytest.mark.parametrize(
-    ("document", "words"),
-    [
-        (OCTAVES, "swept from 6 to 12 Hz at 10 octaves per minute with a base velocity of 25 mm/s"),
-        (ACCELERATED, "swept from 12 to 3 Hz at 20 octaves per minute with a base acceleration of 1 m/s²"),
-        (DOWN | {"base_amplitude_m": 4}, "swept from 10 to 6 Hz at 0.5 Hz/s with a base amplitude of 2 m"),
-    ],
-)
-def test_a_sweep_in_words_at_half_its_scale(document: dict[str, Any], words: str) -> None:
-    assert sweep_of(document).words_at(0.5) == words

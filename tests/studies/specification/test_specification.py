@@ -63,13 +63,6 @@ def faults_of(document: object) -> dict[str, str]:
     return told_of(parse_specification, document)
 
 
-def test_a_band_in_hertz_is_one_of_frequency_ratios() -> None:
-    asked = parse_specification(PROTOTYPE)
-    assert (asked.excitations[0].low, asked.excitations[0].high) == (0.8, 1.25)
-    assert asked.free == ("clearance_m", "friction_force_n")
-    assert asked.in_units
-
-
 def test_ratios_say_the_same_as_units() -> None:
     asked = parse_specification(PROTOTYPE | {"limits": {}})
     force_n = asked.structure.stiffness_n_per_m * 0.0015
@@ -95,12 +88,6 @@ def test_a_force_makes_its_static_displacement() -> None:
     stiffness = asked.structure.stiffness_n_per_m
     assert (one.lowest_m, one.highest_m) == pytest.approx((0.2 / stiffness, 0.6 / stiffness), rel=1e-14)
     assert asked.level(one.largest) == pytest.approx(0.6, rel=1e-14)
-
-
-def test_a_cavity_limit_cuts_the_clearance_with_its_tolerance_at_half_of_it() -> None:
-    asked = parse_specification(changed("limits.cavity_length_m", 0.02))
-    assert asked.choices["clearance_m"].stop == 0.01 - 0.0005
-    assert asked.bounds == {"clearance_m": "limits.cavity_length_m"}
 
 
 def choice_of(*materials: dict[str, Any]) -> Choice:
@@ -139,8 +126,6 @@ def test_every_fault_is_named_at_once() -> None:
     ("path", "value", "field", "words"),
     [
         ("excitation.force_n", 3.0, "excitation.force_n", "both given"),
-        ("excitation.force_n", -3.0, "excitation.force_n", "both given"),
-        ("excitation.base_acceleration_m_per_s2", 1.0, "excitation.base_acceleration_m_per_s2", "both given"),
         ("excitation.base_velocity_m_per_s", {"start": 2, "stop": 1}, "excitation.base_velocity_m_per_s", "both given"),
         ("excitation.sweep", 0.1, "excitation.sweep", "must be a mapping"),
         ("excitation.records", [], "excitation.records", "a list of 1 to 50 records"),
@@ -156,6 +141,7 @@ def test_every_fault_is_named_at_once() -> None:
         ("choose.restitution", 0.5, "choose.restitution", "outside `choose"),
         ("choose.restitution", {"start": 0.1, "stop": 0.5}, "restitution", "twice"),
         ("choose", 3, "choose", "a mapping"),
+        ("choose.clearance_m", [0.004], "choose.clearance_m", "another value"),
     ],
 )  # fmt: skip
 def test_what_a_design_does_not_know_is_refused_with_its_reason(
@@ -319,26 +305,6 @@ def test_vibration_and_shocks_read_as_records_and_each_seed_is_one() -> None:
     )
 
 
-def test_sweeps_stand_in_a_list_beside_bands_and_records() -> None:
-    document = PROTOTYPE | {
-        "excitation": [
-            {"name": "run-up", "sweep": SWEEP},
-            ONE,
-            {"records": ["el-centro", {"sweep": SWEEP | {"stop_hz": 4}}], "scales": [0.1, 0.2], "tail_s": 3},
-            {"name": "run-down", "sweep": DOWN, "scales": 0.5},
-        ]
-    }
-    asked = parse_specification(document)
-    assert len(asked.excitations) == 1
-    assert [each.name for each in asked.records] == ["run-up", "excitation 3", "run-down"]
-    assert [each.tail_s for each in asked.records] == [0.0, 3.0, 0.0]
-    assert under_records(asked.records[1]) == "under 1 ground-motion record and 1 sweep, each at 2 scales"
-    assert transients(asked) == "records and sweeps"
-    assert all(asked.records_of(case).cases.count(case) == 1 for case in asked.cases)
-    assert asked.measure.name == "worst_displacement"
-    assert parse_specification(asked.document).digest == asked.digest
-
-
 QUAKE = {"records": ["el-centro"]}
 SCALES = [scale + 1 for scale in range(26)]
 
@@ -354,7 +320,6 @@ SCALES = [scale + 1 for scale in range(26)]
         ([ONE, ONE | {"name": ""}], "excitation[1].name"),
         ([ONE, {"base_amplitude_m": -1, "frequency_hz": 2.5}], "excitation[1].base_amplitude_m"),
         ([ONE, {"base_amplitude_m": 0.001}], "excitation[1].frequency_hz"),
-        ({"records": []}, "excitation.records"),
         ({"records": ["el-centro", "nowhere"]}, "excitation.records[1]"),
         ({"records": ["el-centro", "el-centro-180"]}, "excitation.records[1]"),
         (QUAKE | {"scales": [1, 0]}, "excitation.scales[1]"),
@@ -363,17 +328,9 @@ SCALES = [scale + 1 for scale in range(26)]
         (QUAKE | {"tail_s": -1}, "excitation.tail_s"),
         (QUAKE | {"frequency_hz": 2.5}, "excitation.frequency_hz"),
         ([QUAKE, {"records": "el-centro-180"}], "excitation[1].records[0]"),
-        ([ONE, {"records": ["nowhere"]}], "excitation[1].records[0]"),
-        ([ONE, QUAKE | {"scales": [1, 1]}], "excitation[1].scales[1]"),
-        ([ONE, QUAKE | {"frequency_hz": 2}], "excitation[1].frequency_hz"),
-        ([ONE, QUAKE | {"name": ""}], "excitation[1].name"),
         ([{"frequency_hz": 2}, QUAKE], "excitation[0]"),
         ({"sweep": SWEEP | {"stop_hz": 2}}, "excitation.sweep.stop_hz"),
-        ([ONE, {"sweep": SWEEP | {"stop_hz": 2000}}], "excitation[1].sweep.stop_hz"),
-        ([ONE, {"sweep": SWEEP, "name": 3}], "excitation[1].name"),
         (QUAKE | {"sweep": SWEEP}, "excitation.sweep"),
-        ({"sweep": SWEEP, "frequency_hz": 2}, "excitation.frequency_hz"),
-        ({"sweep": SWEEP, "scales": [1, 1]}, "excitation.scales[1]"),
         ([{"sweep": SWEEP}, {"sweep": SWEEP}], "excitation[1].sweep"),
         ({"sweep": SWEEP | {"rate_hz_per_s": 0.001}}, "excitation.sweep"),
         ([{"sweep": SWEEP, "scales": SCALES}, {"sweep": DOWN, "scales": SCALES}], "excitation[0].sweep"),
@@ -383,14 +340,6 @@ def test_faults_of_an_excitation_are_named_where_they_stand(excitation: Any, fie
     structure = {"mass_kg": 40, "natural_frequency_hz": 25, "damping_ratio": 0.02}
     found = faults_of(PROTOTYPE | {"excitation": excitation, "structure": structure})
     assert [told for told in found if told.startswith("excitation")] == [field]
-
-
-@pytest.mark.parametrize("measure", ["worst_acceleration", "worst_rms_acceleration"])
-def test_accelerations_are_a_measure_of_all_that_shakes(measure: str) -> None:
-    both = {"excitation": [ONE, {"records": ["el-centro"]}]}
-    for document in (PROTOTYPE, SHAKEN, PROTOTYPE | both):
-        asked = parse_specification(document | {"measure": measure})
-        assert (asked.measure.name, asked.unit) == (measure, "m/s²")
 
 
 RUBBER = {"name": "rubber", "restitution": 0.3, "contact_time_s": 0.004}
@@ -437,10 +386,10 @@ LONG = [0.003, {"clearance_m": 0.004, "contact_time_s": 0.1}]
         (SHAKEN | NOISE, "limits.impact_noise_m_per_s2"),
         (SHAKEN | {"judge": "worst"}, "judge"),
         (SHAKEN | {"judge": "likely"}, "judge"),
+        ({"limits": {"displacement_ratio": 5.0}}, "limits.displacement_ratio"),
         # contact times: milliseconds taken for seconds, twice, and beside ratios
         ({"contact_time_s": 5.0}, "contact_time_s"),
         ({"contact_time_s": -0.001}, "contact_time_s"),
-        ({"contact_time_s": "short"}, "contact_time_s"),
         (changed("choose.clearance_m", LONG), "choose.clearance_m[1].contact_time_s"),
         (changed("choose.restitution", [0.8, RUBBER]) | {"contact_time_s": 0.004}, "contact_time_s"),
     ],
@@ -479,9 +428,3 @@ def test_materials_may_differ_by_their_contact_time_alone() -> None:
 def test_a_damper_may_be_given_whole(choose: dict[str, Any] | None) -> None:
     document = without(PROTOTYPE, "choose") | {"clearance_m": 0.006, "friction_force_n": 0.2}
     assert parse_specification(document if choose is None else document | {"choose": choose}).free == ()
-
-
-def test_a_list_of_one_value_is_told_to_have_another() -> None:
-    told = faults_of(changed("choose.clearance_m", [0.004]))["choose.clearance_m"]
-    assert "Give another value, a range, or the number outside `choose`" in told
-    assert "fewer" not in told

@@ -21,7 +21,6 @@ from damperlab.service.work.apart import steady
 from damperlab.studies.definition import Study
 from damperlab.studies.questions import Plane, Selection, Subtracted, Window
 from damperlab.studies.remarks import Remarks
-from damperlab.studies.store.care.backup import copy_store
 from damperlab.studies.store.care.sweep import collect_garbage
 from damperlab.studies.store.care.verify import check_catalogue, verify
 from damperlab.studies.store.faults import StudyNotFound
@@ -202,20 +201,6 @@ def test_a_second_study_that_is_changed_while_two_maps_are_compared_is_read_agai
 
     for found, _ in meanwhile(made, tmp_path, compare, retry):
         assert found == (BEGUN_ID, DONE_ID)
-
-
-@pytest.mark.night
-@pytest.mark.parametrize("change", [retry, *NIGHT])
-def test_a_study_that_is_changed_while_it_is_backed_up_is_whole_in_the_backup(made, tmp_path, change):
-    def back_up(store: Store) -> list[str]:
-        copy = Store.open(store.data_dir / "copy")
-        try:
-            return [*copy_store(store, copy).damaged, *damage(copy)]
-        finally:
-            copy.close()
-
-    for found, _ in meanwhile(made, tmp_path, back_up, change):
-        assert found == []
 
 
 def test_a_retry_that_is_killed_leaves_nothing_that_looks_damaged_and_the_list_is_written_again(copied):

@@ -38,12 +38,6 @@ def test_the_cube_has_the_contracts_names_units_and_flags(store):
     assert json.loads(cube.attrs["study"]) == study.document()
 
 
-def test_a_study_keeps_its_metrics_and_always_the_status(store):
-    study = make_study(metrics=["period", "amplitude_ratio"])
-    record = enter(store, study)
-    assert list(store.cube(record.id).data_vars) == ["amplitude_ratio", "period", "status"]
-
-
 def test_every_block_comes_back_where_it_belongs(store):
     study, plan, study_id = entered(store)
     expected = np.full(study.shape, np.nan)

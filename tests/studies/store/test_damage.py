@@ -7,7 +7,6 @@ import numpy as np
 import pytest
 from tests.filling import (
     enter,
-    entered,
     flip,
     lose_catalogue,
     make_plan_of,
@@ -203,17 +202,6 @@ def test_blocks_are_not_taken_back_from_under_a_runner(store, written):
     with pytest.raises(StudyBusy, match="runner 7"):
         store.forget(written.id, [1], "by hand")
     assert store.find(written.id).blocks_done == written.blocks_total
-
-
-def test_an_older_revision_shows_what_was_done_then(store):
-    study, _, study_id = entered(store, damping_ratio=0.2, metrics=METRICS)
-    revisions = [store.find(study_id).revision]
-    for index in (5, 1, 9):
-        put(store, study, index, generation="g")
-        revisions.append(store.find(study_id).revision)
-    assert revisions == sorted(set(revisions))
-    seen = [sorted(store.snapshot(study_id, revision)[1]) for revision in revisions]
-    assert seen == [[], [5], [1, 5], [1, 5, 9]]
 
 
 def test_garbage_is_collected_and_nothing_else(store, written, tmp_path):

@@ -14,7 +14,7 @@ from tests.object_store import BUCKET, SECRET, environment, proxy_before
 from damperlab.studies.store.care.backup import copy_store
 from damperlab.studies.store.care.rebuild import rebuild
 from damperlab.studies.store.care.sweep import collect_garbage
-from damperlab.studies.store.care.verify import repair, verify
+from damperlab.studies.store.care.verify import verify
 from damperlab.studies.store.faults import StoreAway, StoreFault
 from damperlab.studies.store.files.bucket import Bucket, open_bucket
 from damperlab.studies.store.files.shelf import ShelfAway
@@ -87,22 +87,6 @@ def test_a_deleted_study_leaves_no_object_and_gc_takes_cubes_that_nobody_owns(op
     assert _objects(store) == {}
 
 
-def test_lost_and_damaged_objects_are_found_and_their_blocks_taken_back(opened):
-    store = opened()
-    record = filled(store)
-    shelf, _ = store.snapshot(record.id)
-    keys = sorted(entry.key for entry in shelf.entries() if entry.key.startswith("blocks/"))
-    shelf.remove(keys[0])
-    content = bytearray(shelf.get(keys[1]))
-    content[len(content) // 2] ^= 1
-    shelf.put(keys[1], bytes(content))
-    damages = list(verify(store, record))
-    lost, flipped = (int(key.removeprefix("blocks/").removesuffix("~g")) for key in keys[:2])
-    assert {damage.block for damage in damages} == {lost, flipped}
-    assert repair(store, record, damages).blocks_done == record.blocks_total - 2
-    assert set(store.pending(record.id)) == {lost, flipped}
-
-
 def test_backup_to_a_folder_and_restore_to_another_bucket(opened, address):
     store = opened()
     record = filled(store)
@@ -127,22 +111,6 @@ def test_the_catalogue_remembers_its_bucket_and_shares_it_with_no_other(opened, 
     filled(opened("local", None))
     with pytest.raises(StoreFault, match="backup"):
         opened("local", f"{address}-elsewhere")
-
-
-def test_a_data_folder_belongs_to_the_catalogue_of_its_bucket(opened, tmp_path):
-    store = opened()
-    data = store.data_dir
-    store.close()
-    for file in data.glob("catalogue.sqlite*"):
-        file.rename(tmp_path / file.name)
-    with pytest.raises(StoreFault, match="DAMPERLAB_CATALOGUE"):
-        Store.open(data)
-    assert not list(data.glob("catalogue.sqlite*"))
-    Store.open(tmp_path / "other").close()
-    for file in (tmp_path / "other").glob("catalogue.sqlite*"):
-        file.rename(data / file.name)
-    with pytest.raises(StoreFault, match="belong"):
-        Store.open(data)
 
 
 def test_one_of_two_gets_a_name_that_is_put_once(address):
@@ -241,18 +209,6 @@ def test_a_server_that_answers_too_late_is_told_and_what_it_took_is_no_result(se
         store.set_state(record.id, "done")
         assert list(verify(store, store.find(record.id))) == []
         assert (store.cube(record.id)["status"] == 0).all()
-
-
-@pytest.mark.night
-def test_short_trouble_and_slowness_pass_unnoticed(server, opened, monkeypatch):
-    with proxy_before(server.door) as proxy:
-        monkeypatch.setenv("AWS_ENDPOINT_URL", environment(proxy.address)["AWS_ENDPOINT_URL"])
-        store = opened()
-        proxy.mode, proxy.delay_seconds = "slow", 0.05
-        record = filled(store)
-        assert proxy.met > record.blocks_total
-        proxy.mode = "well"
-        assert list(verify(store, record)) == []
 
 
 def test_a_catalogue_is_made_again_from_a_bucket(opened, address, tmp_path):

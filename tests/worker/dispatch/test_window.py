@@ -119,34 +119,6 @@ def test_data_that_cannot_be_written_anywhere_stops_the_study_instead_of_failing
     window.close()
 
 
-@pytest.mark.night
-def test_block_that_never_ends_at_a_worker_goes_to_another(
-    client: Client, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
-) -> None:
-    """As where a disk of that machine hangs, while the machine answers."""
-    monkeypatch.setattr("damperlab.worker.dispatch.workers.STUCK_SECONDS", 1.0)
-    monkeypatch.setattr("damperlab.worker.dispatch.workers.STUCK_TIMES", 0.0)
-    client.wait_for_workers(2)
-    hangs = min(client.nthreads())
-
-    def task(index: int) -> BlockOutcome:
-        while get_worker().address == hangs and not (tmp_path / "end").exists():
-            time.sleep(0.05)
-        if index == 5:  # long for whoever computes it, and there is nobody else
-            time.sleep(3.0)
-        return _outcome(index)
-
-    window = window_of(client, task, 6)
-    try:
-        ended = pump(window)
-        assert in_order(ended) == [_outcome(index) for index in range(6)]
-        (out,) = window.workers.left_out()
-        assert out.address == hangs
-        assert "does not end" in out.reason
-    finally:
-        (tmp_path / "end").touch()
-
-
 def fails(error: Exception) -> None:
     raise error
 

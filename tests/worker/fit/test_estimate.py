@@ -143,35 +143,6 @@ def test_friction_that_locks_the_structure_is_known_from_below_only() -> None:
     assert "locks" in said(fitted)
 
 
-@pytest.mark.night
-def test_parameters_that_only_act_together_are_named_as_a_pair() -> None:
-    # With e = 0 and hardly any clearance the particle rides on its wall: the structure has the mass 1 + β, and below
-    # resonance nothing but its natural frequency f_n/√(1 + β) shows.
-    f = np.linspace(1.6, 2.2, 15)
-    structure = {"damping_ratio": 0.01, "axes": {"restitution": 0.0, "clearance_ratio": 0.01, "friction_ratio": 0.0},
-                 "physical": {"natural_frequency_hz": 2.5}}  # fmt: skip
-    truth = {"mass_ratio": 0.15, "natural_frequency_hz": 2.5}
-    fit = {"mass_ratio": (0.1, 0.2), "natural_frequency_hz": (2.4, 2.6)}
-    fitted = refitted(structure, fit, truth, {"frequency_hz": f})
-    ((first, second, correlation),) = fitted.alike
-    assert (first, second) == ("mass_ratio", "natural_frequency_hz")
-    assert correlation > 0.95
-    assert "apart" in said(fitted)
-
-
-@pytest.mark.night
-def test_two_base_amplitudes_give_force_and_length_of_a_real_damper() -> None:
-    f = np.tile(np.linspace(2.2, 2.9, 12), 2)
-    base = np.repeat([0.001, 0.003], 12)
-    structure = {"damping_ratio": 0.01, "axes": {"restitution": 0.5, "mass_ratio": 0.1},
-                 "physical": {"mass_kg": 1.605, "natural_frequency_hz": 2.5}}  # fmt: skip
-    truth = {"friction_force_n": 0.2, "clearance_m": 0.012}
-    fit = {"friction_force_n": (0.0, 0.4), "clearance_m": (0.004, 0.03)}
-    fitted = refitted(structure, fit, truth, {"frequency_hz": f, "base_amplitude_m": base})
-    assert max(in_halves(fitted, truth)) < 4
-    assert all(each.high - each.low < 0.2 * truth[each.name] for each in fitted.estimates)
-
-
 @pytest.mark.usefixtures("quick")
 def test_deviations_that_are_too_small_are_told_and_the_intervals_are_wider() -> None:
     one = made("friction", 6)
@@ -181,27 +152,3 @@ def test_deviations_that_are_too_small_are_told_and_the_intervals_are_wider() ->
     assert fitted.probability < 1e-6
     assert fitted.widening > 2
     assert "chi-square" in said(fitted)
-
-
-@pytest.mark.night
-def test_friction_of_the_particle_comes_back() -> None:
-    structure: dict[str, Any] = {
-        "damping_ratio": 0.0126,
-        "axes": {"restitution": 0.47},
-        "physical": {
-            "mass_kg": 1.605, "natural_frequency_hz": 2.5, "base_amplitude_m": 0.0015,
-            "particle_mass_kg": 0.16, "clearance_m": 0.015,
-        },
-    }  # fmt: skip
-    truth = {"particle_friction_coefficient": 0.06, "friction_force_n": 0.2}
-    sought = {"particle_friction_coefficient": None, "friction_force_n": (0.0, 0.4)}
-    frequency = np.linspace(2.1, 2.9, 25)
-    columns = {"frequency_hz": frequency, "amplitude_m": np.ones(frequency.size)}
-    true = responses_at(make_question(Measurement("blank", columns), structure, sought), truth).amplitude
-    noisy = true * (1.0 + 0.01 * np.random.default_rng(5).standard_normal(true.size))
-    measured = Measurement("bench", columns | {"amplitude_m": noisy}, 0.01 * true)
-    question = make_question(measured, structure, sought, confidence=0.999)
-    fitted = fit_response(question)
-    for each in fitted.estimates:
-        assert each.low < truth[each.name] < each.high
-        assert each.high - each.low < 0.1 * truth[each.name]

@@ -133,33 +133,6 @@ def certified(ours: Path, theirs: Path) -> Iterator[str]:
         yield address
 
 
-@pytest.mark.night
-def test_worker_that_is_not_let_in_says_why_and_asks_seldom(tmp_path: Path) -> None:
-    ours, theirs = tmp_path / "ours", tmp_path / "theirs"
-    with certified(ours, theirs) as address:
-        for scheme, options, reason in (
-            ("tls:", (f"--tls={theirs}",), "its certificate is not trusted here"),
-            ("tcp:", (), "it closes the connection; perhaps it requires certificates"),
-        ):
-            asked, told = address.replace("tls:", scheme), tmp_path / scheme
-            with (
-                told.open("wb") as file,
-                worker_process(asked, "--lifetime=60", *options, stderr=file) as stranger,
-            ):
-                while "does not accept this worker" not in (said := told.read_text()):
-                    assert stranger.poll() is None
-                    time.sleep(0.1)
-                assert reason in said
-                # it is asked again meanwhile, and nothing more is said
-                time.sleep(2.0)
-                assert told.read_text() == said
-        told = tmp_path / "nobody"
-        with told.open("wb") as file, worker_process(address, stderr=file) as nobody:
-            assert nobody.wait(GONE_SECONDS) == 1
-        assert "There are no certificates to show to tls:" in told.read_text()
-        assert "--tls" in told.read_text()
-
-
 def test_cluster_with_certificates_computes_for_those_who_have_one(
     tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:

@@ -5,7 +5,7 @@ import pytest
 from scipy.signal import lfilter
 from tests.benchmarks.coverage import compared
 
-from damperlab.worker.steady.response.standard_errors import _error_by_batches, estimate, mean_and_error
+from damperlab.worker.steady.response.standard_errors import estimate, mean_and_error
 
 POINTS, SEED, CYCLES = 40, 3, 60_000
 
@@ -34,21 +34,6 @@ def test_the_error_of_a_correlated_series_is_its_known_one(correlation: float) -
     # 1.03 by Student's t and the larger of two; batches of 1.6 correlation times see 0.85 of the variance, those of 5 most
     assert 0.9 * known <= np.mean(errors) <= 1.1 * known
     assert 0.92 * runs <= held <= 0.995 * runs
-
-
-def test_the_error_is_known_better_than_by_batches_side_by_side() -> None:
-    """Of N independent batches it is off by 1/√(2(N − 1)); batches that overlap tell half as much again."""
-    random = np.random.default_rng(12)
-    batches, count, draws = 61, 1600, 3000
-    errors = [
-        _error_by_batches(series, 0, count, series.mean(), count // batches)
-        for series in random.standard_normal((draws, count))
-    ]
-    scatter = np.std(errors) / np.mean(errors)
-    assert np.mean(errors) == pytest.approx(1 / np.sqrt(count), rel=0.01)
-    known_to = 4 / np.sqrt(2 * draws)
-    assert scatter == pytest.approx(1 / np.sqrt(2 * 1.5 * (batches - 1)), rel=known_to)
-    assert scatter < (1 - known_to) / np.sqrt(2 * (batches - 1))
 
 
 def test_a_period_that_divides_the_run_has_no_hidden_error() -> None:

@@ -28,7 +28,6 @@ DRAWN = 24
 PLAIN_CYCLES = 4000
 EXACT = 1e-8
 SLOW = 0.96  # a period: 25 cycles or more for a factor of e
-CHAOTIC = Point(0.0038, 1.0, 0.6, Particle(5.0, 0.47, 0.1))
 
 
 def of_model(point: Point, model: str, contact_time: float) -> Point:
@@ -116,28 +115,6 @@ def test_multipliers_are_those_of_the_two_impact_motion() -> None:
         assert found.amplitude_ratio == pytest.approx(truth.amplitude_ratio, rel=0.0, abs=EXACT)
         assert found.floquet_multiplier == pytest.approx(truth.floquet_multiplier, rel=0.0, abs=1e-5)
         compared += 1
-
-
-SYMMETRIC = Point(0.0038, 0.98, 0.33, Particle(2.4, 0.62, 0.44))
-
-
-@pytest.mark.night
-@pytest.mark.parametrize("model", LASTING)
-def test_chaos_is_told_from_its_neighbours(model: str) -> None:
-    """A motion 1e-9 beside parts from one that is called chaotic, and joins one that is called periodic.
-
-    Chaotic motions that have parted pass each other now and then, so one instant tells little: of three the largest counts.
-    """
-    for instant, expected in ((CHAOTIC, ResponseClass.CHAOTIC), (SYMMETRIC, ResponseClass.SYMMETRIC)):
-        point = of_model(instant, model, 0.1)
-        response, end = solved(point)
-        assert response.response_class == expected
-        beside = end._replace(v=end.v + 1e-9)
-        apart = []
-        for cycles in (100, 200, 300):
-            one, other = plain_end(point, end, cycles), plain_end(point, beside, cycles)
-            apart.append(abs(one.v - other.v) + abs(one.w - other.w))
-        assert max(apart) > 0.1 if expected == ResponseClass.CHAOTIC else apart[-1] < 1e-11
 
 
 @both

@@ -131,15 +131,6 @@ def test_a_mean_of_zero_is_looked_at_again_soon(form: str) -> None:
     assert in_form(next_estimate, form)(of_zero, SETTINGS) == 840, "a twentieth later, the soonest there is"
 
 
-@pytest.mark.night
-def test_a_mass_at_zero_stays_there_beside_a_particle_that_is_hardly_slowed() -> None:
-    r, particle = 1.0, with_contact(Particle(0.5, 0.999, 0.1), "compliant", 0.3)
-    start = State(0.0, 0.0, 0.0, 1.0, 0.5, 1.0, 0.0, 0, 0, Dwell(0.0, 0.0))
-    response, _ = settle(0.05, r, 20.0, particle, SETTINGS, start, FORCED)
-    assert response.response_class == ResponseClass.LOCKED
-    assert response.amplitude_ratio == 0.0
-
-
 @pytest.mark.parametrize(
     ("why", "friction", "particle", "change"),
     [

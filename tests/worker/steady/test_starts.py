@@ -225,14 +225,6 @@ def test_a_particle_that_rests_still_rests_at_the_next_frequency(friction: float
         before = r
 
 
-def test_a_mass_without_a_particle_that_is_held_is_held_at_the_next_frequency() -> None:
-    state, before = at_rest(0.9, 1.2, None), 0.9
-    for r in (0.9, 0.95, 1.0, 1.05):
-        response, state = settle(0.02, r, 1.2, None, SETTINGS, carried(state, before, r))
-        assert (response.response_class, response.status) == (ResponseClass.LOCKED, Status.CONVERGED)
-        before = r
-
-
 @pytest.mark.parametrize("constant", ["velocity", "acceleration"])
 def test_a_continuation_hands_on_the_motion_where_the_displacement_of_the_base_is_not_constant(
     constant: str,

@@ -20,14 +20,9 @@ from damperlab.worker.accuracy.steady_answers import Point
 from damperlab.worker.solver.events import (
     ARRIVED,
     BUDGET,
-    CLEARANCE,
     FAR_WALL,
-    LET_GO,
     NEAR_WALL,
     NOTHING,
-    RELEASE,
-    SLIP_ONSET,
-    TURN,
 )
 from damperlab.worker.solver.integrate import half_cycle
 from damperlab.worker.solver.scene import Scene, make_scene
@@ -172,30 +167,6 @@ def test_jacobians_are_central_differences(model: str, has_friction: bool, force
         off = np.abs(half.jacobian - half.differences) - half.allowed
         assert off.max() <= 0.0, half
     assert len(looked_at(model, has_friction, forced)) >= (FORCED if forced else POINTS) * LOOKED_AT // 2
-
-
-@pytest.mark.parametrize("model", [MODELS[0], *map(night, MODELS[1:])])
-def test_the_half_cycles_compared_pass_every_kind_of_transition(model: str) -> None:
-    seen = {
-        event
-        for has_friction in (True, False)
-        for half in looked_at(model, has_friction, False)
-        for event in half.events
-    }
-    kinds = {kind for kind, *_ in seen}
-    expected = {TURN, SLIP_ONSET, NEAR_WALL, FAR_WALL, RELEASE}
-    if model == "dwell":
-        expected |= {LET_GO}
-    if model == "compliant":
-        expected |= {CLEARANCE}
-    assert expected <= kinds
-    assert (TURN, False, False, False, False) in seen  # slip reverses
-    assert (TURN, False, True, False, False) in seen  # and sticks
-    assert (TURN, False, False, True, True) in seen  # in contact
-    if model == "instant":
-        assert (TURN, False, True, True, False) in seen  # and lets go of the particle that rode on the mass
-    else:
-        assert any(kind == TURN and sticks and contact for kind, _, sticks, contact, _ in seen)
 
 
 def test_volume_contracts_by_damping_and_impacts_alone() -> None:
