@@ -172,7 +172,7 @@ def _not_given_by_start(document: Mapping[str, Any]) -> Iterator[Fault]:
         if needed and start != needed:
             allowed = f"{name} only with `start: {{kind: {needed}}}`"
             told = f"{{field}} is {name}, which needs `start: {{kind: {needed}}}`."
-            yield Fault(f"metrics[{index}]", name, allowed, f"remove it, or start with an {needed}", told)
+            yield Fault(f"metrics[{index}]", name, allowed, f"remove it, or begin with an {needed}", told)
 
 
 def _is_stepped(document: Mapping[str, Any]) -> bool:

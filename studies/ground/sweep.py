@@ -240,7 +240,7 @@ def sweep_of(document: object) -> Sweep:
     amplitude = one_of(AMPLITUDES, given, PLACE, faults, "how far the base moves", "base_amplitude_m")
     start, stop = (found.get(key) for key in ENDS)
     if start is not None and start == stop:
-        told = f"{{field}} = {stop:g} is also the frequency at the start of the sweep; the two must differ."
+        told = f"{{field}} = {stop:g} is also the frequency at which the sweep begins; the two must differ."
         advice = "give another frequency"
         faults.append(Fault(f"{PLACE}.stop_hz", f"{stop:g}", "another frequency than start_hz", advice, told))
     if faults or start is None or stop is None:

@@ -129,7 +129,7 @@ def test_a_sweep_random_vibration_and_a_shock_are_asked_for_in_the_form(
     expect(estimate).to_contain_text("200")
     expect(page.get_by_label("Minimise").locator("option")).to_have_count(6)
     field("sweep.stop_hz").locator("input").fill("2")
-    expect(field("sweep.stop_hz").locator(".faults")).to_contain_text("where the sweep begins")
+    expect(field("sweep.stop_hz").locator(".faults")).to_contain_text("at which the sweep begins")
     # a run-down of its own beside it, then a band
     page.get_by_role("button", name="Add a sweep").click()
     page.get_by_role("button", name="Add another excitation").click()

@@ -172,7 +172,7 @@ def test_two_studies_in_units_are_shown_on_one_scale_with_the_difference_of_thei
     assert apart["high"] == -apart["low"] == pytest.approx(np.abs(ours - theirs).max())
     note = page.locator(".beside-study p[role=status]")
     expect(note).to_contain_text("ζ (0.0038 and 0.05)")
-    expect(note).to_contain_text(f"{(ours - theirs).max():.4g} mm at F_f = 0 N and f = 2.5 Hz")
+    expect(note).to_contain_text(f"{(ours - theirs).max():.4g} mm (F_f = 0 N and f = 2.5 Hz)")
     assert page.evaluate("document.documentElement.scrollWidth") <= 390
     assert serious(page, ("dark",)) == []
     one_step(page, lambda: page.get_by_label("Shown").select_option("amplitude_ratio_max"))

@@ -72,7 +72,7 @@ def test_who_needs_no_more_than_an_equal_share_gets_it_and_nothing_is_left_that_
 
 
 @pytest.mark.parametrize(
-    ("budget", "closely"), [(1500, False), pytest.param(8000, True, marks=pytest.mark.night)]
+    ("budget", "closely"), [(1500, False), pytest.param(20_000, True, marks=pytest.mark.night)]
 )
 def test_friction_alone_that_is_given_is_one_damper_and_is_said(budget: int, closely: bool) -> None:
     document = DAMPED | {"choose": {"clearance_m": {"start": 0.002, "stop": 0.012}}, "friction_force_n": 30.0}
