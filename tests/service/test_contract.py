@@ -9,6 +9,7 @@ from typing import Any
 import httpx
 import pytest
 from jsonschema import Draft202012Validator
+from tests.service.conftest import SPECIFICATION, ended, wait_for
 from tests.service.contract import check, document_now, promised, promised_before
 from tests.service.contract.breaks import breaks
 
@@ -198,14 +199,12 @@ def test_every_example_is_what_its_schema_allows(document: dict[str, Any]) -> No
 
 
 @pytest.mark.night
-def test_every_example_works_when_pasted(
-    client: httpx.Client, helpers: Any, document: dict[str, Any]
-) -> None:
+def test_every_example_works_when_pasted(client: httpx.Client, document: dict[str, Any]) -> None:
     tried, lacking = 0, set()
     axes = {"friction_ratio": 0.1, "frequency_ratio": 1.0}
     study = {"particle": False, "damping_ratio": 0.3, "axes": axes}
     any_study = client.post("/api/v1/studies", json=study).json()["id"]
-    specification = helpers.SPECIFICATION | {"clearance_m": 0.0058}
+    specification = SPECIFICATION | {"clearance_m": 0.0058}
     any_design = client.post("/api/v1/designs", json=specification).json()["id"]
     client.post(f"/api/v1/designs/{any_design}/cancel").raise_for_status()
     for (method, template), operation in _operations(document).items():
@@ -219,7 +218,7 @@ def test_every_example_works_when_pasted(
                 assert answer.status_code in (200, 201), answer.text
                 tried += 1
                 if "/studies" in path:
-                    record = helpers.wait_for(client, answer.json()["id"], helpers.ended)
+                    record = wait_for(client, answer.json()["id"], ended)
                     assert (record["state"], record["points_failed"]) == ("done", 0), record
                 elif path.endswith("/designs"):
                     # taken is enough: a named specification has minutes of work, which no other test shall wait for

@@ -5,6 +5,7 @@ from typing import Any
 import httpx
 import numpy as np
 import pytest
+from tests.service.conftest import ended, wait_for
 
 from damperlab.studies.ground.motion import GroundMotion
 from damperlab.worker.ground.response_spectrum import response_spectrum
@@ -141,12 +142,12 @@ def test_it_is_kept_once_and_says_what_it_is(client: httpx.Client, suite: dict[s
     assert axes["record"] == ["northridge-090", "northridge-360"]
 
 
-def test_an_uploaded_record_stays_with_its_study(service: Any, client: httpx.Client, helpers: Any) -> None:
+def test_an_uploaded_record_stays_with_its_study(service: Any, client: httpx.Client) -> None:
     headers = {"content-type": "text/csv"}
     record_id = client.post("/api/v1/records", content=SAMPLES, headers=headers).json()["id"]
     asked = {"name": "mine", "records": [record_id], "axes": {"scale": [1, 2]}}
     first = client.post(STUDIES, json=asked).raise_for_status().json()
-    kept = helpers.wait_for(client, first["id"], helpers.ended)
+    kept = wait_for(client, first["id"], ended)
     assert (kept["state"], kept["points_done"]) == ("done", 2)
     files = list((service.log.parent / "data" / "records").glob(f"{record_id}.*"))
     assert len(files) == 2

@@ -10,6 +10,7 @@ from typing import Any
 import httpx
 import pytest
 from tests.service.cli.commands import run
+from tests.service.conftest import ended, wait_for
 from tests.service.security.raw import ask, host_of, send_raw
 
 LIMIT = 4 * 1024 * 1024
@@ -241,7 +242,7 @@ def test_what_is_packed_is_not_unpacked(client: httpx.Client) -> None:
         assert answer.status_code in (415, 422), (path, coding, answer.text[:200])
 
 
-def test_a_name_puts_no_header_into_an_answer(client: httpx.Client, helpers: Any) -> None:
+def test_a_name_puts_no_header_into_an_answer(client: httpx.Client) -> None:
     study = {
         "name": 'x"; filename="evil.exe"\r\nX-Evil: 1',
         "particle": False,
@@ -252,7 +253,7 @@ def test_a_name_puts_no_header_into_an_answer(client: httpx.Client, helpers: Any
         study["name"] = 'x"; filename="evil.exe"'
         made = client.post(STUDIES, json=study)
     assert made.status_code == 201, made.text
-    helpers.wait_for(client, made.json()["id"], helpers.ended)
+    wait_for(client, made.json()["id"], ended)
     url = f"{STUDIES}/{made.json()['id']}"
     for path in (f"{url}/export?format=csv", f"{url}/report"):
         answer = client.get(path)

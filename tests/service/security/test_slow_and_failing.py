@@ -14,6 +14,7 @@ from urllib.parse import urlsplit
 import httpx
 import pytest
 import uvicorn
+from tests.service.conftest import wait_until
 from tests.service.security.raw import host_of
 from uvicorn.server import ServerState
 
@@ -33,9 +34,7 @@ def _rest(connection: socket.socket) -> bytes:
     return received
 
 
-def test_heads_and_bodies_that_do_not_come_end_with_408(
-    own_service: Callable[..., Any], helpers: Any
-) -> None:
+def test_heads_and_bodies_that_do_not_come_end_with_408(own_service: Callable[..., Any]) -> None:
     running = own_service(
         DAMPERLAB_HEAD_TIMEOUT_SECONDS="1",
         DAMPERLAB_BODY_TIMEOUT_SECONDS="2",
@@ -79,7 +78,7 @@ def test_heads_and_bodies_that_do_not_come_end_with_408(
         assert refused.count(b"HTTP/1.1 503") >= 20
         assert set(refused) == {b"HTTP/1.1 503", b"HTTP/1.1 408"}
     with running.client() as client:
-        helpers.wait_until(lambda: client.get("/metrics").status_code == 200)
+        wait_until(lambda: client.get("/metrics").status_code == 200)
         told = client.get("/metrics").text
     assert all(f'method="other",status="{status}"' in told for status in (408, 503))
 

@@ -8,6 +8,7 @@ from typing import Any, cast
 import httpx
 import pytest
 from fastapi.routing import APIRoute
+from tests.service.conftest import CURVE, computed, computing, ends_once_given_up, held, wait_until
 
 from damperlab.service.app import create_app
 from damperlab.service.routes.late import LateRoute
@@ -110,18 +111,18 @@ QUESTIONS = (
 
 
 @pytest.fixture(scope="module")
-def url(apart: Any, helpers: Any) -> str:
+def url(apart: Any) -> str:
     """A finished study of the service that computes apart."""
-    return f"/api/v1/studies/{helpers.computed(apart, helpers.CURVE)['id']}"
+    return f"/api/v1/studies/{computed(apart, CURVE)['id']}"
 
 
 def test_the_same_is_answered_apart(
-    apart: Any, url: str, client: httpx.Client, curve: dict[str, Any], helpers: Any
+    apart: Any, url: str, client: httpx.Client, curve: dict[str, Any]
 ) -> None:
     assert url.endswith(curve["id"])
-    for process in helpers.computing(apart):
+    for process in computing(apart):
         process.kill()
-    helpers.wait_until(lambda: not helpers.computing(apart))
+    wait_until(lambda: not computing(apart))
     with apart.client() as other:
         for question in (
             "frequency-response",
@@ -134,7 +135,7 @@ def test_the_same_is_answered_apart(
             assert there.status_code == here.status_code, (question, there.text)
             assert there.headers["content-type"] == here.headers["content-type"]
             assert there.json() | {"request_id": ""} == here.json() | {"request_id": ""}, question
-        assert len(helpers.computing(apart)) == 1
+        assert len(computing(apart)) == 1
         first = other.get(f"{url}/frequency-response")
         assert other.get(f"{url}/frequency-response").content == first.content
         again = other.get(f"{url}/frequency-response", headers={"If-None-Match": first.headers["etag"]})
@@ -143,9 +144,7 @@ def test_the_same_is_answered_apart(
 
 
 @pytest.mark.parametrize(("method", "question"), QUESTIONS)
-def test_what_a_study_is_asked_ends_with_its_client(
-    apart: Any, url: str, helpers: Any, method: str, question: str
-) -> None:
+def test_what_a_study_is_asked_ends_with_its_client(apart: Any, url: str, method: str, question: str) -> None:
     with apart.client() as client:
         assert client.request(method, f"{url}/{question}").status_code in (200, 422)
 
@@ -155,5 +154,5 @@ def test_what_a_study_is_asked_ends_with_its_client(
                 otherwise = {"Accept-Encoding": "identity"}
                 client.request(method, f"{url}/{question}", headers=otherwise, timeout=seconds)
 
-        assert helpers.ends_once_given_up(helpers.held(apart), leave)
+        assert ends_once_given_up(held(apart), leave)
         assert client.get(url).status_code == 200
