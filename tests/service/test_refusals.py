@@ -48,7 +48,7 @@ def test_method_that_is_not_there_names_those_that_are(
     assert allowed == set(answer.headers["allow"].split(", "))
 
 
-@pytest.mark.parametrize("path", [STUDIES, "/api/v1/simulate"])
+@pytest.mark.parametrize("path", [STUDIES, "/api/v1/simulate", "/api/v1/records"])
 @pytest.mark.parametrize(
     "headers",
     [

@@ -1,9 +1,6 @@
 """Heads, bodies and targets that used to bring down an answer, or that try to lead elsewhere."""
 
-import gzip
 import json
-import zipfile
-from io import BytesIO
 from pathlib import Path
 from typing import Any
 
@@ -223,23 +220,6 @@ def test_nothing_is_upgraded(service: Any) -> None:
         assert answer is not None
         assert answer.status in (200, 400)
         assert "upgrade" not in answer.head
-
-
-def test_what_is_packed_is_not_unpacked(client: httpx.Client) -> None:
-    """A gigabyte of spaces in a megabyte: refused for its encoding, or read as the bytes that it is."""
-    bomb = gzip.compress(b" " * (1 << 26))
-    packed = BytesIO()
-    with zipfile.ZipFile(packed, "w", zipfile.ZIP_DEFLATED) as archive:
-        archive.writestr("record.at2", b"0" * (1 << 26))
-    for path, kind, body, coding in (
-        (STUDIES, "application/json", bomb, "gzip"),
-        (STUDIES, "application/json", bomb, "identity"),
-        ("/api/v1/records", "text/plain", bomb, "gzip"),
-        ("/api/v1/records", "application/octet-stream", packed.getvalue(), "identity"),
-        ("/api/v1/simulate", "application/json", bomb, "deflate"),
-    ):
-        answer = client.post(path, content=body, headers={"Content-Type": kind, "Content-Encoding": coding})
-        assert answer.status_code in (415, 422), (path, coding, answer.text[:200])
 
 
 def test_a_name_puts_no_header_into_an_answer(client: httpx.Client) -> None:
