@@ -34,7 +34,6 @@ def test_odd_parameters_of_a_content_type_are_refused_and_not_parsed(
     service: Any, path: str, content_type: bytes
 ) -> None:
     answer = send_raw(service.url, _post(service.url, path, content_type))
-    assert answer is not None
     assert answer.status in (400, 415, 422, 431), answer
     assert "application/problem+json" in answer.head
 
@@ -44,7 +43,6 @@ def test_a_head_that_is_too_long_is_refused(service: Any) -> None:
         answer = send_raw(
             service.url, _post(service.url, "/api/v1/studies", b"application/json" + b";" * size)
         )
-        assert answer is not None
         assert answer.status == 431
         assert "application/problem+json" in answer.head
 
@@ -63,7 +61,6 @@ def test_a_body_that_is_not_read_is_answered_although_the_connection_closes(
 ) -> None:
     for size in sizes:
         answer = send_raw(service.url, _post(service.url, path, b"application/json", b" " * size))
-        assert answer is not None, "the connection was reset before its answer"
         assert answer.status == status
 
 
@@ -73,7 +70,6 @@ def test_a_body_that_is_not_read_is_answered_although_the_connection_closes(
 )
 def test_what_is_no_http_gets_a_problem_document(service: Any, request_bytes: bytes) -> None:
     answer = send_raw(service.url, request_bytes)
-    assert answer is not None
     assert answer.status == 400
     assert "content-type: application/problem+json" in answer.head
     assert "x-request-id:" in answer.head
@@ -192,7 +188,6 @@ def test_odd_targets_lead_nowhere(service: Any, line: bytes, statuses: tuple[int
     answer = send_raw(
         service.url, line + b"\r\nHost: " + host_of(service.url) + b"\r\nConnection: close\r\n\r\n"
     )
-    assert answer is not None
     assert answer.status in statuses
     assert "application/problem+json" in answer.head
     assert b"root:" not in answer.body
@@ -202,11 +197,9 @@ def test_odd_targets_lead_nowhere(service: Any, line: bytes, statuses: tuple[int
 def test_http_1_0_is_answered_once_and_closed(service: Any) -> None:
     for host in (b"", b"Host: " + host_of(service.url) + b"\r\n"):
         answer = send_raw(service.url, b"GET /health/live HTTP/1.0\r\n" + host + b"\r\n")
-        assert answer is not None
         assert answer.status == 200
         assert "connection: close" in answer.head
     refused = send_raw(service.url, b"GET /health/live HTTP/1.0\r\nHost: evil.example\r\n\r\n")
-    assert refused is not None
     assert refused.status == 421
 
 
@@ -217,7 +210,6 @@ def test_nothing_is_upgraded(service: Any) -> None:
         answer = send_raw(
             service.url, b"GET /api/v1/studies HTTP/1.1\r\nHost: " + host_of(service.url) + b"\r\n" + more
         )
-        assert answer is not None
         assert answer.status in (200, 400)
         assert "upgrade" not in answer.head
 
