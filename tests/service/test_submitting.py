@@ -6,7 +6,6 @@ from typing import Any
 
 import httpx
 import numpy as np
-import pytest
 from tests.service.conftest import ended, wait_for, wait_until
 
 from damperlab import Client
@@ -181,17 +180,3 @@ def test_many_small_studies_are_run_together_to_the_same_bits(
         assert (said[0], said[-1]) == ("submitted", "running to done")
         files = [path for path in Path(store.cube_path(study.id)).rglob("*") if path.is_file()]
         assert len(files) == 3
-
-
-@pytest.mark.night
-def test_small_studies_that_a_stop_cut_short_are_done_after_it(own_service: Any, tmp_path: Path) -> None:
-    running = own_service()
-    with Client(running.url) as client:
-        client.submit(point(0)).wait()
-        studies = client.submit_all([point(number) for number in range(1, 41)])
-    running.process.kill()
-    running.process.wait()
-    running = own_service()
-    with Client(running.url) as client:
-        for study in studies:
-            assert client.study(study.id).wait().state == "done"

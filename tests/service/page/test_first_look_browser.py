@@ -6,7 +6,7 @@ from typing import Any
 import httpx
 import pytest
 from playwright.sync_api import expect
-from tests.service.conftest import ended, long_study, wait_for
+from tests.service.conftest import computed, ended, long_study, wait_for
 
 pytestmark = pytest.mark.night
 
@@ -54,13 +54,12 @@ def test_the_best_of_a_study_that_is_not_done_is_so_far_the_best(
 
 
 def test_the_first_screen_says_why_the_best_design_may_not_be_the_best(
-    open_page: Callable[..., Any], client: httpx.Client
+    open_page: Callable[..., Any], client: httpx.Client, service: Any
 ) -> None:
     frequencies = {"start": 0.9, "stop": 1.1, "num": 4}  # the resonance lies between two of them
     axes = {"friction_ratio": [0.1, 0.2, 0.3], "frequency_ratio": frequencies}
     study = {"name": "short axis", "particle": False, "damping_ratio": 0.02, "axes": axes}
-    study_id = client.post("/api/v1/studies", json=study).raise_for_status().json()["id"]
-    wait_for(client, study_id, ended)
+    study_id = computed(service, study)["id"]
     doubts = client.get(f"/api/v1/studies/{study_id}/optimal-designs").json()["doubts"]
     assert [doubt["kind"] for doubt in doubts] == ["hidden_peak", "end_of_range", "rugged"]
     page = open_page().go(f"#/studies/{study_id}")

@@ -10,7 +10,7 @@ from typing import Any
 import httpx
 import pytest
 from playwright.sync_api import Page, expect
-from tests.service.conftest import SPECIFICATION, computed, ended, wait_for
+from tests.service.conftest import SPECIFICATION, computed
 from tests.service.page.looking import (
     IN_UNITS,
     KNOWN_POINTS,
@@ -355,14 +355,9 @@ VIEWS = {
 SHOWN = "() => document.querySelector('main').innerText"
 
 
-def test_no_view_of_a_study_in_units_has_a_ratio(open_page: Callable[..., Any], client: httpx.Client) -> None:
+def test_no_view_of_a_study_in_units_has_a_ratio(open_page: Callable[..., Any], service: Any) -> None:
     other = IN_UNITS | {"name": "the other", "axes": {"restitution": 0.3}}
-    first, second = (
-        client.post("/api/v1/studies", json=each).raise_for_status().json()["id"]
-        for each in (IN_UNITS, other)
-    )
-    for study in (first, second):
-        wait_for(client, study, ended)
+    first, second = (computed(service, each)["id"] for each in (IN_UNITS, other))
     point = f"clearance_ratio=4&friction_ratio=0.1&pins=0.0&minus={second}&pareto=impact_speed"
     page = open_page().go(f"#/studies/{first}?{point}")
     found = {}

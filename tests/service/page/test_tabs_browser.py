@@ -7,7 +7,7 @@ import httpx
 import numpy as np
 import pytest
 from playwright.sync_api import expect
-from tests.service.conftest import ended, wait_for
+from tests.service.conftest import computed
 from tests.service.page.looking import TRACES, one_step, run_the_lines_of_python, serious, until
 
 pytestmark = pytest.mark.night
@@ -126,7 +126,7 @@ PHYSICAL = {"mass_kg": 1.605, "natural_frequency_hz": 2.5, "base_amplitude_m": 0
 
 
 @pytest.fixture
-def pair(client: httpx.Client) -> list[dict[str, Any]]:
+def pair(service: Any) -> list[dict[str, Any]]:
     """Two structures of different damping in units, a third on another grid, and their records."""
 
     def study(name: str, damping: float, friction: list[float]) -> dict[str, Any]:
@@ -138,9 +138,7 @@ def pair(client: httpx.Client) -> list[dict[str, Any]]:
             "axes": axes,
             "physical": PHYSICAL,
         }
-        record = client.post("/api/v1/studies", json=document).raise_for_status().json()
-        finished: dict[str, Any] = wait_for(client, record["id"], ended)
-        return finished
+        return computed(service, document)
 
     return [study("light", 0.0038, [0, 2]), study("damped", 0.05, [0, 2]), study("three", 0.05, [0, 1, 2])]
 
