@@ -31,6 +31,13 @@ def make_key(data_dir: Path, owner: str, scope: str, lasts_seconds: float | None
     return {**key.document(), "key": secret}
 
 
+def every_route(routes: Any) -> Iterator[Any]:
+    """Give routes, and those of routers that were included."""
+    for route in routes:
+        inner = getattr(getattr(route, "original_router", None), "routes", None)
+        yield from [route] if inner is None else every_route(inner)
+
+
 @dataclass
 class Guarded:
     """A service that asks for keys."""

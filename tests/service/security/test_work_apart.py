@@ -9,6 +9,7 @@ import httpx
 import pytest
 from fastapi.routing import APIRoute
 from tests.service.conftest import CURVE, computed, computing, ends_once_given_up, held, wait_until
+from tests.service.security.conftest import every_route
 
 from damperlab.service.app import create_app
 from damperlab.service.routes.late import LateRoute
@@ -57,13 +58,9 @@ LIGHT_ROUTES = {
 """Routes that read or write a row or a file; all others must go apart."""
 
 
-def _routes(routes: Any) -> Iterator[APIRoute]:
-    for route in routes:
-        inner = getattr(getattr(route, "original_router", None), "routes", None)
-        if inner is not None:
-            yield from _routes(inner)
-        elif isinstance(route, LateRoute):
-            yield cast(APIRoute, route.analysed)
+def _routes() -> list[APIRoute]:
+    every = every_route(create_app(Settings(docs_dir=None)).routes)
+    return [cast(APIRoute, route.analysed) for route in every if isinstance(route, LateRoute)]
 
 
 APART = ({"work", "run"}, {"computed"}, {"is_large", "written"}, {"written"})
@@ -76,7 +73,7 @@ def _goes_apart(route: APIRoute) -> bool:
 
 def test_every_route_is_light_or_computes_apart() -> None:
     seen = set()
-    for route in _routes(create_app(Settings(docs_dir=None)).routes):
+    for route in _routes():
         for method in route.methods or ():
             listed = (method, route.path) in LIGHT_ROUTES
             assert listed + _goes_apart(route) == 1, (method, route.path)
@@ -96,8 +93,7 @@ def test_no_dependency_waits_for_a_thread() -> None:
             yield each.call
             yield from calls(each)
 
-    routes = list(_routes(create_app(Settings(docs_dir=None)).routes))
-    found = {call for route in routes for call in calls(route.dependant)}
+    found = {call for route in _routes() for call in calls(route.dependant)}
     threaded = [
         call for call in found if not any(map(inspect.iscoroutinefunction, (call, type(call).__call__)))
     ]
