@@ -3,10 +3,8 @@
 The clients are threads with a `Client` of their own: half of the studies come in lists (`Client.submit_all`), half alone
 (`Client.submit`), each way measured by itself. CPU is that of the service's process, user and system, from the first
 request to the last answer; with nobody to compute (a scheduler that has no workers) it is that of submitting alone.
-Files are counted once all are stored. At last a service of one worker computes some of them, and files are counted again.
 """
 
-import os
 import tempfile
 import time
 from collections import Counter
@@ -19,14 +17,10 @@ from tests.benchmarks._service import cpu_seconds, serving
 
 from damperlab.service.client.client import Client
 from damperlab.service.client.faults import ClientFault
-from damperlab.studies.store.store import Store
 
 STUDIES = 10_000
 CLIENTS = 16
 A_LIST = 200
-COMPUTED = 500
-"""Studies that are computed at last."""
-STATE_SECONDS = 0.5
 
 
 def study(number: int) -> dict[str, Any]:
@@ -68,8 +62,8 @@ def submit(url: str, first: int, last: int, clients: int, a_list: int) -> tuple[
     return sum((found for found, _ in ends), Counter()), max(longest for _, longest in ends)
 
 
-def run(studies: int = STUDIES, clients: int = CLIENTS, computed: int = COMPUTED) -> dict[str, Any]:
-    """Hand in, count, and let some be computed."""
+def run(studies: int = STUDIES, clients: int = CLIENTS) -> dict[str, Any]:
+    """Hand in, and count."""
     figures: dict[str, Any] = {"studies": studies, "clients": clients}
     with tempfile.TemporaryDirectory() as made:
         folder = Path(made)
@@ -87,30 +81,4 @@ def run(studies: int = STUDIES, clients: int = CLIENTS, computed: int = COMPUTED
                 figures[f"{label}: all of them [s]"] = time.monotonic() - began
                 figures[f"{label}: longest request [s]"] = longest
                 figures[f"{label}: CPU of the service a study [ms]"] = 1e3 * took / (last - first)
-        figures["files a study, queued"] = most_files(folder)
-        if computed:
-            figures |= computing(folder, min(computed, studies))
     return figures
-
-
-def computing(folder: Path, number: int) -> dict[str, Any]:
-    """Let a service compute until so many studies are done."""
-    with serving(folder, None) as (_, _):
-        store = Store.open(folder)
-        done, began = 0, None
-        while done < number:
-            time.sleep(STATE_SECONDS)
-            totals = store.totals()
-            done = totals["done"].studies if "done" in totals else 0
-            if done and began is None:
-                began = time.monotonic(), done
-        assert began is not None
-        pace = (done - began[1]) / max(time.monotonic() - began[0], STATE_SECONDS)
-        states = {state: total.studies for state, total in store.totals().items()}
-        store.close()
-    return {"done": done, "done a second": pace, "states": states, "files a study, done": most_files(folder)}
-
-
-def most_files(folder: Path) -> int:
-    """Count the files of the study that has most."""
-    return max(sum(len(files) for _, _, files in os.walk(cube)) for cube in (folder / "cubes").glob("*.zarr"))

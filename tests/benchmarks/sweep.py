@@ -1,18 +1,6 @@
-"""Random design points over the legal ranges: no hang, no NaN with a good status, and the time of each.
+"""Random design points over the legal ranges: each ends, and none has a NaN with a good status."""
 
-`python -m tests.benchmarks.sweep N [--seed S]`. A second process computes; this one watches it, so that a point
-that does not end is stopped, reported with its coordinates, and counted.
-"""
-
-import argparse
-import json
-import multiprocessing
-import sys
-import time
 from collections import Counter
-from dataclasses import dataclass
-from itertools import product
-from multiprocessing.connection import Connection
 from typing import Any
 
 import numpy as np
@@ -22,30 +10,18 @@ from damperlab.studies.choices import CompliantContact, Contact, DwellContact
 from damperlab.studies.consistency import LEAST_COMPLIANT
 from damperlab.studies.variables import DIMENSIONS, VARIABLES, Status
 from damperlab.worker.kernel_arguments import contact_time_of, rebound_of, wall_of
-from damperlab.worker.solver.particle import Particle, Wall
+from damperlab.worker.solver.particle import Particle
 from damperlab.worker.steady.response.closed_form import linear_response
 from damperlab.worker.steady.settle import Settings, at_rest, settle
 
 POINTS = 1_000_000
 CYCLES = 60
-LONGEST_SECONDS = 20.0
-"""Of one point, before it counts as a hang: a point of 60 cycles takes well under a millisecond."""
 RESIDUAL = 1e-9
 """Largest share of the energy that may be unaccounted for."""
 SETTINGS = Settings(CYCLES, 0.02, 1e-9)
 CONTACTS = ("instant", "dwell", "compliant")
 # of some responses there is no multiplier; accelerations are not asked for
 NEED_NOT_BE_FINITE = ("floquet_multiplier", "run_time", "acceleration_ratio", "acceleration_ratio_rms")
-KEPT = 20
-"""Faulty points that are reported in full."""
-
-
-@dataclass(frozen=True)
-class Finding:
-    """What is wrong with a point, and the point: its six coordinates, whether it has a particle, and its contact."""
-
-    wrong: str
-    point: dict[str, float]
 
 
 def random_points(count: int, seed: int) -> dict[str, NDArray[np.float64]]:
@@ -151,121 +127,27 @@ def fault_of(values: dict[str, Any], forced: bool = False) -> str | None:
     return None
 
 
-def _work(points: dict[str, NDArray[np.float64]], first: int, current: Any, pipe: Connection) -> None:
-    """Solve points from `first` on; `current` always holds the index of the one under way."""
-    count = points["particle"].size
-    seconds = np.zeros(count)
-    states: Counter[int] = Counter()
-    findings: list[tuple[str, int]] = []
-    columns = {name: column.tolist() for name, column in points.items()}
-    solve({name: column[0] for name, column in columns.items()})
-    for i in range(first, count):
-        current.value = i
-        point = {name: column[i] for name, column in columns.items()}
-        began = time.perf_counter()
-        values = solve(point)
-        seconds[i] = time.perf_counter() - began
-        states[int(values["status"])] += 1
-        wrong = fault_of(values, forced=bool(point["forced"]))
-        if wrong is not None:
-            findings.append((wrong, i))
-    pipe.send((seconds[first:], states, findings))
-
-
 def sweep(count: int, seed: int = 0) -> dict[str, Any]:
     """Solve random points.
 
     Returns
     -------
     dict
-        `points`, `hangs`, `faults` (each with its point), points by `status`, and quantiles of the time a point took.
+        `found`: faulty points, each with what is `wrong`; `status`: points by status.
     """
-    points = random_points(count, seed)
-    _warm()
-    context = multiprocessing.get_context("spawn")
-    current = context.Value("q", 0, lock=False)
+    columns = {name: column.tolist() for name, column in random_points(count, seed).items()}
     states: Counter[int] = Counter()
-    times: list[NDArray[np.float64]] = []
-    findings: list[Finding] = []
-    hangs = 0
-    first = 0
-    while first < count:
-        ours, theirs = context.Pipe(duplex=False)
-        current.value = first
-        worker = context.Process(target=_work, args=(points, first, current, theirs), daemon=True)
-        worker.start()
-        theirs.close()
-        before, since = -1, time.monotonic() + 30.0  # the process has to start first
-        while not ours.poll(0.2):
-            if not worker.is_alive() and not ours.poll(0):
-                findings.append(
-                    Finding(f"the process ended with {worker.exitcode}", _point(points, current.value))
-                )
-                break
-            now = time.monotonic()
-            if current.value != before:
-                before, since = current.value, max(now, since if before < 0 else now)
-            elif now - since > LONGEST_SECONDS:
-                worker.kill()
-                hangs += 1
-                findings.append(Finding(f"no end after {LONGEST_SECONDS} s", _point(points, before)))
-                break
-        else:
-            seconds, counted, wrong = ours.recv()
-            times.append(seconds)
-            states += counted
-            findings += [Finding(text, _point(points, i)) for text, i in wrong]
-            first = count
-        worker.join()
-        if first < count:
-            first = int(current.value) + 1
-    taken = np.concatenate(times) if times else np.zeros(1)
-    return {
-        "points": count,
-        "seed": seed,
-        "hangs": hangs,
-        "faults": len(findings),
-        "found": [{"wrong": one.wrong, **one.point} for one in findings[:KEPT]],
-        "status": {Status(code).name.lower(): number for code, number in sorted(states.items())},
-        "seconds": float(taken.sum()),
-        "median_microseconds": float(np.median(taken) * 1e6),
-        "p99_microseconds": float(np.quantile(taken, 0.99) * 1e6),
-        "largest_microseconds": float(taken.max() * 1e6),
-        "slowest": _point(points, count - taken.size + int(taken.argmax())),
-    }
-
-
-def _point(points: dict[str, NDArray[np.float64]], index: int) -> dict[str, float]:
-    return {name: float(column[index]) for name, column in points.items()}
-
-
-def _warm() -> None:
-    """Have every kernel on disk before a process is watched that would have to compile it."""
-    particles = (
-        Particle(1.0, 0.5, 0.1),
-        Particle(1.0, 0.5, 0.1, 0.1),
-        Particle(1.0, 0.5, 0.1, None, Wall(1.0, 0.1)),
-    )
-    for friction, particle in product((None, 0.5), (None, *particles)):
-        if friction is not None or particle is not None:
-            settle(0.1, 1.0, friction, particle, Settings(1, 0.5, 1e-2), at_rest(1.0, friction, particle))
+    found: list[dict[str, Any]] = []
+    for i in range(count):
+        point = {name: column[i] for name, column in columns.items()}
+        values = solve(point)
+        states[int(values["status"])] += 1
+        wrong = fault_of(values, forced=bool(point["forced"]))
+        if wrong is not None:
+            found.append({"wrong": wrong, **point})
+    return {"found": found, "status": {Status(code).name: number for code, number in states.items()}}
 
 
 def run() -> dict[str, Any]:
     """A million points."""
     return sweep(POINTS)
-
-
-def main() -> int:
-    """Sweep as many points as asked; exit status 1 where one of them is faulty."""
-    parser = argparse.ArgumentParser(prog="python -m tests.benchmarks.sweep", description=__doc__)
-    parser.add_argument("points", nargs="?", type=int, default=POINTS)
-    parser.add_argument("--seed", type=int, default=0)
-    arguments = parser.parse_args()
-    figures = sweep(arguments.points, arguments.seed)
-    print(json.dumps(figures, indent=2))
-    return 1 if figures["faults"] else 0
-
-
-if __name__ == "__main__":
-    sys.exit(main())

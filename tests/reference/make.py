@@ -1,4 +1,4 @@
-"""Write `states.json`: end states from rest in 40 digits, with how sensitive each is.
+"""Renew `states.json`: end states from rest in 40 digits, with how sensitive each is.
 
 Run from the root of the repository: ``python -m tests.reference.make [--only SCENE]``.
 """
@@ -13,7 +13,7 @@ from pathlib import Path
 from typing import Any
 
 from tests.reference.numbers import ExtendedNumbers, Real
-from tests.reference.points import POINTS, Point
+from tests.reference.points import Point, point_of
 from tests.reference.simulator import simulate
 from tests.reference.state import State
 
@@ -87,16 +87,14 @@ def inputs(point: Point) -> dict[str, Any]:
 
 
 def main() -> None:
-    """Compute every point, or those of one scene and those that are new, and write the file."""
+    """Compute every record of the file, or those of one scene, anew: a new one holds a point alone."""
     parser = argparse.ArgumentParser(description=__doc__)
-    parser.add_argument("--only", help="compute the points of this scene; keep the others that the file has")
+    parser.add_argument("--only", help="compute the points of this scene; keep the other records")
     only = parser.parse_args().only
-    known = json.loads(STATES.read_text())["points"] if only and STATES.exists() else []
-    kept = {key(record): record for record in known if record["scene"] != only}
     records = []
-    for point in POINTS:
+    for record in json.loads(STATES.read_text())["points"]:
         begun = time.perf_counter()
-        records.append(kept.get(key(inputs(point))) or measure(point))
+        records.append(measure(point_of(record)) if only in (None, record["scene"]) else record)
         print(f"{time.perf_counter() - begun:6.1f} s", json.dumps(records[-1]), flush=True)
     rows = ",\n".join(map(json.dumps, records))
     STATES.write_text(f'{{"how": {json.dumps(HOW)},\n"points": [\n{rows}\n]}}\n')

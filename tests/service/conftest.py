@@ -4,7 +4,6 @@ import os
 import re
 import signal
 import ssl
-import sys
 import time
 from collections.abc import Callable, Iterator
 from contextlib import closing, contextmanager, suppress
@@ -243,12 +242,6 @@ def ended(record: dict[str, Any]) -> bool:
 def free_port() -> int:
     """A port on which nobody listens."""
     return ports.free_port()
-
-
-@pytest.fixture(scope="session")
-def helpers() -> Any:
-    """The functions above, for test files: there is no package of tests to import them from."""
-    return sys.modules[__name__]
 
 
 def computed(service: Running, study: dict[str, Any]) -> dict[str, Any]:

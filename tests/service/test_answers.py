@@ -274,14 +274,6 @@ def test_a_search_is_planned_alike(
         assert (found.found, found.note) == (planned["found"], planned["note"])
 
 
-def test_scene_without_a_particle_has_the_same_answers(friction: Study, store: Store) -> None:
-    cube = store.cube(friction.id)
-    assert_same(friction.resonance_map(), resonance_map(cube, "friction_ratio", "frequency_ratio"))
-    designs = friction.optimal_designs(exclude_locked=True)
-    assert_same(designs, optimal_designs(cube, Judging(exclude_locked=True)))
-    assert designs.attrs["locked"] > 0
-
-
 def test_refinement_leads_to_a_ranking_of_both_studies(
     client: httpx.Client, hybrid: Study, store: Store, printed: Callable[..., Any]
 ) -> None:

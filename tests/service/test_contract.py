@@ -9,6 +9,7 @@ from typing import Any
 import httpx
 import pytest
 from jsonschema import Draft202012Validator
+from tests.service.conftest import SPECIFICATION, ended, wait_for
 from tests.service.contract import check, document_now, promised, promised_before
 from tests.service.contract.breaks import breaks
 
@@ -24,25 +25,22 @@ def test_nothing_that_clients_rely_on_is_gone(document: dict[str, Any]) -> None:
     assert breaks(promised_before(), promised(document)) == []
 
 
-def test_the_copy_leaves_out_nothing_that_is_compared(document: dict[str, Any]) -> None:
-    assert breaks(document, promised(document)) == breaks(promised(document), document) == []
-
-
 GONE = object()
 RECORD = ("components", "schemas", "Record")
 POINT_SCHEMA = ("components", "schemas", "Simulation")
 MAP = ("paths", f"{STUDY}/resonance-map", "get")
 CHANGES: list[tuple[tuple[str, ...], Any, str]] = [
-    (("paths", STUDY, "delete"), GONE, "the operation is gone"),
-    ((*MAP, "responses", "200"), GONE, "the answer 200 is gone"),
-    ((*MAP, "parameters"), [], "the parameter metric is gone"),
+    (("paths", STUDY, "delete"), GONE, "delete: gone"),
+    ((*MAP, "responses", "200"), GONE, "200: gone"),
+    ((*MAP, "parameters"), [], "parameters: gone"),
     ((*RECORD, "required"), ["name"], "points_done may be missing now"),
-    ((*RECORD, "properties", "points_done"), GONE, "points_done is gone"),
+    ((*RECORD, "properties", "points_done"), GONE, "points_done: gone"),
     ((*RECORD, "properties", "points_done", "type"), "string", "string in place of integer"),
-    ((*RECORD, "properties", "state", "enum"), GONE, "any value in place of"),
+    ((*RECORD, "properties", "state", "enum"), GONE, "state enum: gone"),
     ((*POINT_SCHEMA, "required"), ["cycles"], "cycles must be given now"),
-    ((*POINT_SCHEMA, "properties", "history", "maximum"), 9, "maximum 9 in place of"),
+    ((*POINT_SCHEMA, "properties", "history", "maximum"), 9, "maximum: 9 in place of"),
     ((*POINT_SCHEMA, "properties", "method", "enum"), ["event"], "no longer rk4"),
+    ((*POINT_SCHEMA, "properties", "history", "exclusiveMinimum"), 0, "exclusiveMinimum: 0 in place of none"),
     (("components", "schemas", "Catalog"), {"type": "array"}, "array in place of object"),
     # what is only added breaks nobody
     (("paths", "/api/v1/new"), {"get": {"responses": {}}}, ""),
@@ -68,28 +66,6 @@ def test_what_breaks_clients_is_found(
     assert changed != before
     found = breaks(promised(before), promised(changed))
     assert any(said in line for line in found) if said else not found, found
-
-
-@pytest.mark.parametrize(
-    ("old", "new", "broken"),
-    [
-        ({"exclusiveMinimum": 0}, {"minimum": 0}, False),
-        ({"minimum": 0}, {"exclusiveMinimum": 0}, True),
-        ({"exclusiveMaximum": 1}, {"maximum": 1}, False),
-        ({"exclusiveMaximum": 1}, {"maximum": 2}, False),
-        ({"minimum": 0}, {"exclusiveMinimum": -1}, False),
-        ({"exclusiveMinimum": 0}, {"minimum": 1}, True),
-        ({}, {"minimum": 0}, True),
-    ],
-)
-def test_a_limit_breaks_clients_where_it_allows_less(
-    old: dict[str, Any], new: dict[str, Any], broken: bool
-) -> None:
-    def taking(schema: dict[str, Any]) -> dict[str, Any]:
-        parameters = [{"in": "query", "name": "x", "schema": {"type": "number"} | schema}]
-        return {"paths": {"/": {"get": {"parameters": parameters, "responses": {}}}}}
-
-    assert bool(breaks(taking(old), taking(new))) is broken
 
 
 def test_every_json_answer_has_a_schema_and_every_refusal_is_a_problem(document: dict[str, Any]) -> None:
@@ -198,14 +174,12 @@ def test_every_example_is_what_its_schema_allows(document: dict[str, Any]) -> No
 
 
 @pytest.mark.night
-def test_every_example_works_when_pasted(
-    client: httpx.Client, helpers: Any, document: dict[str, Any]
-) -> None:
+def test_every_example_works_when_pasted(client: httpx.Client, document: dict[str, Any]) -> None:
     tried, lacking = 0, set()
     axes = {"friction_ratio": 0.1, "frequency_ratio": 1.0}
     study = {"particle": False, "damping_ratio": 0.3, "axes": axes}
     any_study = client.post("/api/v1/studies", json=study).json()["id"]
-    specification = helpers.SPECIFICATION | {"clearance_m": 0.0058}
+    specification = SPECIFICATION | {"clearance_m": 0.0058}
     any_design = client.post("/api/v1/designs", json=specification).json()["id"]
     client.post(f"/api/v1/designs/{any_design}/cancel").raise_for_status()
     for (method, template), operation in _operations(document).items():
@@ -219,7 +193,7 @@ def test_every_example_works_when_pasted(
                 assert answer.status_code in (200, 201), answer.text
                 tried += 1
                 if "/studies" in path:
-                    record = helpers.wait_for(client, answer.json()["id"], helpers.ended)
+                    record = wait_for(client, answer.json()["id"], ended)
                     assert (record["state"], record["points_failed"]) == ("done", 0), record
                 elif path.endswith("/designs"):
                     # taken is enough: a named specification has minutes of work, which no other test shall wait for

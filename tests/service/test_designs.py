@@ -11,6 +11,7 @@ import httpx
 import psutil
 import pytest
 from tests.service.cli.commands import run
+from tests.service.conftest import SPECIFICATION, ended, wait_for_design, wait_until
 from tests.service.contract import check
 
 from damperlab import Client
@@ -21,12 +22,12 @@ DESIGNS = "/api/v1/designs"
 
 
 @pytest.fixture(scope="module")
-def undisturbed(tmp_path_factory: pytest.TempPathFactory, helpers: Any) -> dict[str, Any]:
+def undisturbed(tmp_path_factory: pytest.TempPathFactory) -> dict[str, Any]:
     """What the command line answers, on a folder of its own."""
     folder = tmp_path_factory.mktemp("undisturbed")
-    (folder / "spec.json").write_text(json.dumps(helpers.SPECIFICATION))
-    ended = run("design", folder / "spec.json", "--data-dir", folder / "data", "--json")
-    answer: dict[str, Any] = json.loads(ended.stdout)
+    (folder / "spec.json").write_text(json.dumps(SPECIFICATION))
+    told = run("design", folder / "spec.json", "--data-dir", folder / "data", "--json")
+    answer: dict[str, Any] = json.loads(told.stdout)
     return answer
 
 
@@ -42,12 +43,12 @@ def test_answers_about_a_design_are_as_their_schemas_say(
 
 
 def test_a_design_is_kept_once_with_its_studies_and_its_report(
-    client: httpx.Client, helpers: Any, design: dict[str, Any]
+    client: httpx.Client, design: dict[str, Any]
 ) -> None:
     listed = client.get("/api/v1/studies", params={"limit": 200, "name": "small <floor>"}).json()["studies"]
     records = [client.get(f"/api/v1/studies/{each['id']}").json() for each in listed]
     assert {record["provenance"]["designs"] for record in records} == {design["digest"]}
-    again = client.post(DESIGNS, json=helpers.SPECIFICATION | {"name": "another name"})
+    again = client.post(DESIGNS, json=SPECIFICATION | {"name": "another name"})
     assert (again.status_code, again.json()) == (200, design)
     for reference in (design["id"][:6], design["name"]):
         assert client.get(f"{DESIGNS}/{reference}").json()["id"] == design["id"]
@@ -62,8 +63,8 @@ def test_a_design_is_kept_once_with_its_studies_and_its_report(
     assert not any(word in report.text for word in ("<floor>", "http://", "https://", "<script", "<link"))
 
 
-def test_a_dry_run_keeps_nothing(client: httpx.Client, helpers: Any) -> None:
-    asked = helpers.SPECIFICATION | {"clearance_m": 0.0051}
+def test_a_dry_run_keeps_nothing(client: httpx.Client) -> None:
+    asked = SPECIFICATION | {"clearance_m": 0.0051}
     before = client.get(DESIGNS).json()
     found = client.post(DESIGNS, json=asked, params={"dry_run": True}).raise_for_status().json()
     assert (found["budget_points"], found["chosen"]) == (200, ["friction_force_n"])
@@ -87,8 +88,8 @@ def test_a_design_that_is_not_there_is_not_found(client: httpx.Client, way: str)
         assert answer.status_code == 404, (reference, answer.text)
 
 
-def test_designs_are_listed_page_by_page(client: httpx.Client, helpers: Any, design: dict[str, Any]) -> None:
-    other = client.post(DESIGNS, json=helpers.SPECIFICATION | {"clearance_m": 0.0052, "name": "other"}).json()
+def test_designs_are_listed_page_by_page(client: httpx.Client, design: dict[str, Any]) -> None:
+    other = client.post(DESIGNS, json=SPECIFICATION | {"clearance_m": 0.0052, "name": "other"}).json()
     client.post(f"{DESIGNS}/{other['id']}/cancel").raise_for_status()
 
     def listed(**asked: object) -> tuple[list[str], str | None]:
@@ -129,12 +130,12 @@ def test_a_design_is_renamed_put_into_the_trash_and_restored(
 
 @pytest.mark.night
 def test_a_cancelled_design_stops_its_studies_goes_on_and_ends_the_same(
-    own_service: Callable[..., Any], helpers: Any, undisturbed: dict[str, Any]
+    own_service: Callable[..., Any], undisturbed: dict[str, Any]
 ) -> None:
     running = own_service()
     with running.client() as client:
-        design_id = client.post(DESIGNS, json=helpers.SPECIFICATION).json()["id"]
-        helpers.wait_for_design(client, design_id, lambda now: now["round"] > 1)
+        design_id = client.post(DESIGNS, json=SPECIFICATION).json()["id"]
+        wait_for_design(client, design_id, lambda now: now["round"] > 1)
         refused = client.delete(f"{DESIGNS}/{design_id}")
         assert refused.json()["type"] == "urn:damperlab:problem:design-busy"
         cancelled = client.post(f"{DESIGNS}/{design_id}/cancel").raise_for_status().json()
@@ -146,7 +147,7 @@ def test_a_cancelled_design_stops_its_studies_goes_on_and_ends_the_same(
         assert client.get(f"{DESIGNS}/{design_id}/report").status_code == 409
         resumed = client.post(f"{DESIGNS}/{design_id}/resume").raise_for_status().json()
         assert resumed["state"] in ("queued", "running")
-        now = helpers.wait_for_design(client, design_id, helpers.ended)
+        now = wait_for_design(client, design_id, ended)
         assert now["state"] == "done", now["message"]
         assert now["answer"] == undisturbed
         assert client.delete(f"{DESIGNS}/{design_id}").status_code == 204
@@ -166,20 +167,20 @@ def _lives(process: psutil.Process) -> bool:
 @pytest.mark.night
 @pytest.mark.usefixtures("anew")
 def test_a_service_that_is_killed_again_and_again_ends_with_the_same_answer(
-    own_service: Callable[..., Any], helpers: Any, tmp_path: Path, undisturbed: dict[str, Any]
+    own_service: Callable[..., Any], tmp_path: Path, undisturbed: dict[str, Any]
 ) -> None:
     design_id = ""
     for beyond in (0, 1, 2):
         running = own_service()
         with running.client() as client:
-            design_id = design_id or client.post(DESIGNS, json=helpers.SPECIFICATION).json()["id"]
-            now = helpers.wait_for_design(
+            design_id = design_id or client.post(DESIGNS, json=SPECIFICATION).json()["id"]
+            now = wait_for_design(
                 client, design_id, lambda now, least=beyond: now["round"] > least or now["finished"]
             )
             assert not now["finished"], "it ended before it could be killed"
         family = psutil.Process(running.process.pid).children(recursive=True)
         running.stop(signal.SIGKILL)
-        helpers.wait_until(lambda family=family: not any(map(_lives, family)))
+        wait_until(lambda family=family: not any(map(_lives, family)))
         assert not Shelf(tmp_path / "data").ended(design_id), "a process that was left behind went on with it"
     store = Store.open(tmp_path / "data")
     before = {record.id for record in store.page(200).records if record.state == "done"}
@@ -187,7 +188,7 @@ def test_a_service_that_is_killed_again_and_again_ends_with_the_same_answer(
     assert before
     running = own_service()
     with running.client() as client:
-        now = helpers.wait_for_design(client, design_id, helpers.ended)
+        now = wait_for_design(client, design_id, ended)
         assert now["state"] == "done", now["message"]
         assert now["answer"] == undisturbed
     assert running.stop() == 0
@@ -195,23 +196,23 @@ def test_a_service_that_is_killed_again_and_again_ends_with_the_same_answer(
 
 @pytest.mark.night
 def test_a_quota_smaller_than_a_round_of_a_design_delays_it_and_no_more(
-    own_service: Callable[..., Any], helpers: Any, undisturbed: dict[str, Any]
+    own_service: Callable[..., Any], undisturbed: dict[str, Any]
 ) -> None:
     running = own_service(DAMPERLAB_QUOTA_UNFINISHED="1")
     with running.client() as client:
-        design_id = client.post(DESIGNS, json=helpers.SPECIFICATION).json()["id"]
-        now = helpers.wait_for_design(client, design_id, helpers.ended)
+        design_id = client.post(DESIGNS, json=SPECIFICATION).json()["id"]
+        now = wait_for_design(client, design_id, ended)
         assert (now["state"], now["answer"]) == ("done", undisturbed)
     assert running.stop() == 0
 
 
 @pytest.mark.night
 def test_a_study_that_is_cancelled_while_its_design_computes_it_stays_cancelled(
-    own_service: Callable[..., Any], helpers: Any, undisturbed: dict[str, Any]
+    own_service: Callable[..., Any], undisturbed: dict[str, Any]
 ) -> None:
     """The first look at this band takes several blocks of the process that searches."""
     band = {"base_amplitude_m": 0.001, "frequency_hz": {"start": 6.0, "stop": 10.0}}
-    wide = helpers.SPECIFICATION | {"excitation": band, "budget_points": 8000}
+    wide = SPECIFICATION | {"excitation": band, "budget_points": 8000}
     wide["choose"] = {
         "clearance_m": [0.001 * k for k in range(2, 12)],
         "friction_force_n": [5.0 * k for k in range(10)],
@@ -220,31 +221,29 @@ def test_a_study_that_is_cancelled_while_its_design_computes_it_stays_cancelled(
     running = own_service()
     with running.client() as client:
         design_id = client.post(DESIGNS, json=wide).json()["id"]
-        now = helpers.wait_for_design(client, design_id, lambda now: bool(now["studies"]))
+        now = wait_for_design(client, design_id, lambda now: bool(now["studies"]))
         study = f"/api/v1/studies/{now['studies'][0]}"
-        helpers.wait_until(lambda: client.get(study).status_code == 200)
+        wait_until(lambda: client.get(study).status_code == 200)
         assert client.post(f"{study}/cancel").status_code == 200
         cancelled = client.get(study).json()
         assert cancelled["state"] == "cancelled", "it ended before it could be cancelled"
-        now = helpers.wait_for_design(client, design_id, helpers.ended)
+        now = wait_for_design(client, design_id, ended)
         assert now["state"] == "failed"
         assert "is cancelled" in now["message"]
         assert client.get(study).json()["state"] == "cancelled"
         client.post(f"{DESIGNS}/{design_id}/resume").raise_for_status()
-        assert helpers.wait_for_design(client, design_id, helpers.ended)["state"] == "done"
+        assert wait_for_design(client, design_id, ended)["state"] == "done"
     assert running.stop() == 0
 
 
 @pytest.mark.night
-def test_a_design_whose_record_is_gone_says_so_and_goes_on_once_it_is_back(
-    client: httpx.Client, helpers: Any
-) -> None:
+def test_a_design_whose_record_is_gone_says_so_and_goes_on_once_it_is_back(client: httpx.Client) -> None:
     text = "time (s), acceleration (g)\n" + "\n".join(
         f"{0.02 * step:.2f},{0.2 * math.sin(step):.6f}" for step in range(300)
     )
     headers = {"Content-Type": "text/csv"}
     kept = client.post("/api/v1/records", content=text, headers=headers).json()
-    document = helpers.SPECIFICATION | {
+    document = SPECIFICATION | {
         "excitation": {"records": kept["id"], "scales": [0.3, 0.7]},
         "limits": {},
     }
@@ -252,11 +251,11 @@ def test_a_design_whose_record_is_gone_says_so_and_goes_on_once_it_is_back(
     client.post(f"{DESIGNS}/{asked['id']}/cancel")
     assert client.delete(f"/api/v1/records/{kept['id']}").status_code in (200, 204)
     client.post(f"{DESIGNS}/{asked['id']}/resume")
-    failed = helpers.wait_for_design(client, asked["id"], lambda each: each["finished"] is not None)
+    failed = wait_for_design(client, asked["id"], lambda each: each["finished"] is not None)
     assert failed["state"] == "failed"
     assert kept["id"] in failed["message"]
     client.post("/api/v1/records", content=text, headers=headers)
     client.post(f"{DESIGNS}/{asked['id']}/resume")
-    done = helpers.wait_for_design(client, asked["id"], lambda each: each["finished"] is not None)
+    done = wait_for_design(client, asked["id"], lambda each: each["finished"] is not None)
     assert done["state"] == "done", done["message"]
     assert {each["scale"] for each in done["answer"]["cases"]} == {0.3, 0.7}

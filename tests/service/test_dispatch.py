@@ -13,13 +13,11 @@ from typing import Any
 import numpy as np
 import pytest
 from distributed import Client
-from sqlalchemy.exc import TimeoutError as PoolTimeout
 from tests.worker.run_here import linear_study, submit
 
 from damperlab.service.cluster import SharedCluster
 from damperlab.service.dispatch import Dispatcher
 from damperlab.studies.store.faults import StoreFault
-from damperlab.studies.store.life_cycle.claims import Waiting
 from damperlab.studies.store.provenance import submitter
 from damperlab.studies.store.record import Record
 from damperlab.studies.store.store import Store
@@ -93,20 +91,6 @@ def test_a_study_that_was_cancelled_while_its_run_began_is_computed_only_where_i
     assert "running to cancelled" not in told
 
 
-class Unlucky(Store):
-    """A store that raises what it is told, once; `test_background` has every kind of exception."""
-
-    error: BaseException | None = None
-    raised: int = 0
-
-    def unclaimed(self, dead: Callable[[str], bool], most: int | None = None) -> list[Waiting]:
-        error, self.error = self.error, None
-        if error is not None:
-            self.raised += 1
-            raise error
-        return super().unclaimed(dead, most)
-
-
 class Broken(SharedCluster):
     """A cluster that cannot be had."""
 
@@ -141,27 +125,6 @@ def test_those_who_submit_take_turns_however_many_studies_one_of_them_has(store:
         dispatcher.close()
     order = sorted(came, key=lambda name: came[name] or 0.0)
     assert order == [anns[0], bobs[0], anns[1], bobs[1], *anns[2:]]
-
-
-@pytest.mark.parametrize("error", [PoolTimeout("QueuePool limit reached"), SystemExit(1)])
-def test_no_exception_ends_dispatching(
-    tmp_path: Path, monkeypatch: pytest.MonkeyPatch, error: BaseException
-) -> None:
-    monkeypatch.setattr("damperlab.worker.run.background.AGAIN_SECONDS", 0.1)
-    with closing(Unlucky.open(tmp_path / "data")) as store:
-        assert isinstance(store, Unlucky)
-        store.error = error
-        dispatcher = Dispatcher(store, store, Broken(ValueError("a defect")), 1)
-        dispatcher.start()
-        try:
-            record = submit(store, linear_study([0.8, 1.0, 1.2]), None)
-            dispatcher.wake()
-            # the repeated requests reached the cluster
-            assert "a defect" in str(ended(store, record.id).message)
-            assert store.raised == 1
-            assert [each.failures for each in dispatcher.backgrounds] == [1, 0, 0]
-        finally:
-            dispatcher.close()
 
 
 @pytest.mark.parametrize("error", [SystemExit(1), CancelledError(), MemoryError(), ValueError("a defect")])

@@ -10,6 +10,7 @@ from typer.main import get_command
 from damperlab.service.app import create_app
 from damperlab.service.cli.main import app
 from damperlab.service.client import Client, Study
+from damperlab.service.questions import every
 from damperlab.service.questions.every import EVERY
 from damperlab.service.settings import Settings
 from damperlab.studies.field import Field, fields_of
@@ -54,6 +55,12 @@ OWN_DEFAULTS = {
     ("simulate", "samples"): None,
 }
 OWN_HTTP_DEFAULTS = {("/api/v1/simulate", "history"), ("/api/v1/simulate", "samples")}
+
+
+def test_the_list_names_every_file_of_a_question() -> None:
+    folder = Path(every.__file__).parent
+    files = {path.stem for path in folder.glob("*.py") if " = Question(" in path.read_text()}
+    assert {question.answer.__module__.rpartition(".")[2] for question in EVERY} == files
 
 
 @pytest.fixture(scope="module")

@@ -8,6 +8,7 @@ from typing import Any
 import httpx
 import psutil
 import pytest
+from tests.service.conftest import wait_until
 
 POINT = {"particle": False, "frequency_ratio": 1.0, "damping_ratio": 0.05, "method": "rk4", "cycles": 2}
 STUDY = {
@@ -27,9 +28,7 @@ def bare_service(own_service: Callable[..., Any], tmp_path: Path) -> Any:
 
 
 @pytest.mark.night
-def test_what_must_be_compiled_is_said_first_and_only_then(
-    bare_service: Any, helpers: Any, tmp_path: Path
-) -> None:
+def test_what_must_be_compiled_is_said_first_and_only_then(bare_service: Any, tmp_path: Path) -> None:
     with httpx.Client(base_url=f"{bare_service.url}/api/v1", timeout=1800.0) as client:
 
         def ask(path: str, document: dict[str, Any], dry: bool = True) -> dict[str, Any]:
@@ -69,11 +68,11 @@ def test_what_must_be_compiled_is_said_first_and_only_then(
 
 @pytest.mark.night
 def test_the_usual_kernels_are_compiled_in_the_background_and_a_shutdown_ends_that(
-    own_service: Callable[..., Any], helpers: Any, tmp_path: Path
+    own_service: Callable[..., Any], tmp_path: Path
 ) -> None:
     folder = tmp_path / "kernels"
     service = own_service(DAMPERLAB_CACHE_DIR=str(folder), DAMPERLAB_WARM="true")
-    helpers.wait_until(lambda: any(folder.rglob("*.lock")))
+    wait_until(lambda: any(folder.rglob("*.lock")))
     family = psutil.Process(service.process.pid).children(recursive=True)
     assert service.stop() == 0
     assert psutil.wait_procs(family, timeout=60)[1] == []

@@ -6,6 +6,7 @@ from typing import Any
 import httpx
 import pytest
 from tests.service.cli.commands import run
+from tests.service.conftest import computed
 
 from damperlab.service.client import Client
 from damperlab.studies.definition import parse_study
@@ -40,11 +41,10 @@ def test_studies_of_programs_are_listed_where_they_are_asked_for(
 
 
 @pytest.fixture
-def made(client: httpx.Client, helpers: Any) -> dict[str, Any]:
+def made(service: Any) -> dict[str, Any]:
     axes = {"friction_ratio": [0.37, 0.39], "frequency_ratio": 1.0}
     study = {"name": "remarked", "particle": False, "damping_ratio": 0.031, "axes": axes}
-    record = client.post("/api/v1/studies", json=study).raise_for_status().json()
-    return helpers.wait_for(client, record["id"], helpers.ended)  # type: ignore[no-any-return]
+    return computed(service, study)
 
 
 def listed(client: httpx.Client, **query: Any) -> list[str]:

@@ -5,11 +5,12 @@ from typing import Any
 import httpx
 import numpy as np
 from tests.oracles.transmissibility import absolute_amplitude
+from tests.service.conftest import computed, long_study
 
 STUDIES = "/api/v1/studies"
 
 
-def test_a_study_in_units_is_asked_in_units(client: httpx.Client, helpers: Any) -> None:
+def test_a_study_in_units_is_asked_in_units(client: httpx.Client, service: Any) -> None:
     hertz = [3.6, 4.0, 4.4]
     structure = {"mass_kg": 2.0, "natural_frequency_hz": 4.0, "base_amplitude_m": 0.003}
     study = {
@@ -18,8 +19,7 @@ def test_a_study_in_units_is_asked_in_units(client: httpx.Client, helpers: Any) 
         "axes": {"friction_ratio": 0.0},
         "physical": structure | {"excitation_frequency_hz": hertz},
     }
-    record = client.post(STUDIES, json=study).raise_for_status().json()
-    helpers.wait_for(client, record["id"], helpers.ended)
+    record = computed(service, study)
 
     def ask(question: str) -> dict[str, Any]:
         found: dict[str, Any] = client.get(f"{STUDIES}/{record['id']}/{question}").raise_for_status().json()
@@ -37,11 +37,9 @@ def test_a_study_in_units_is_asked_in_units(client: httpx.Client, helpers: Any) 
     assert one == other
 
 
-def test_what_is_not_computed_is_null_and_counted(client: httpx.Client, helpers: Any) -> None:
+def test_what_is_not_computed_is_null_and_counted(client: httpx.Client) -> None:
     """A study that waits has a cube without a single value; once it is cancelled, only resuming it helps."""
-    blockers = [
-        client.post(STUDIES, json=helpers.long_study("block", 0.05 + 0.01 * n)).json() for n in range(2)
-    ]
+    blockers = [client.post(STUDIES, json=long_study("block", 0.05 + 0.01 * n)).json() for n in range(2)]
     study = {"name": "never", "particle": False, "damping_ratio": 0.04, "axes": {"frequency_ratio": [1, 2]}}
     record = client.post(STUDIES, json=study).json()
     try:
@@ -66,15 +64,14 @@ def test_what_is_not_computed_is_null_and_counted(client: httpx.Client, helpers:
             client.delete(f"{STUDIES}/{blocker['id']}").raise_for_status()
 
 
-def test_what_a_study_does_not_store_is_unknown(client: httpx.Client, helpers: Any) -> None:
+def test_what_a_study_does_not_store_is_unknown(client: httpx.Client, service: Any) -> None:
     study = {
         "particle": False,
         "damping_ratio": 0.03,
         "axes": {"frequency_ratio": [0.9, 1.0]},
         "metrics": ["amplitude_ratio"],
     }
-    record = client.post(STUDIES, json=study).raise_for_status().json()
-    helpers.wait_for(client, record["id"], helpers.ended)
+    record = computed(service, study)
     path = f"{STUDIES}/{record['id']}"
     (design,) = client.get(f"{path}/optimal-designs").raise_for_status().json()["designs"]
     assert (design["error"], design["response_class"], design["locked_share"]) == (None, "unknown", None)

@@ -15,6 +15,7 @@ from typing import Any
 import psutil
 import pytest
 from tests.faults.processes import Database
+from tests.service.conftest import serving, wait_until
 
 from damperlab.service.edge import silence
 from damperlab.service.readiness import PROBE, Readiness
@@ -33,19 +34,19 @@ def server(tmp_path: Path) -> Iterator[tuple[str, list[psutil.Process]]]:
 
 
 @pytest.mark.night
-def test_service_says_that_its_database_hangs_and_recovers(server, tmp_path, helpers):
+def test_service_says_that_its_database_hangs_and_recovers(server, tmp_path):
     address, processes = server
     with (
-        helpers.serving(tmp_path, DAMPERLAB_CATALOGUE=address) as running,
+        serving(tmp_path, DAMPERLAB_CATALOGUE=address) as running,
         running.client() as client,  # what takes longer hangs
     ):
-        helpers.wait_until(lambda: client.get("/health/ready").status_code == 200)
+        wait_until(lambda: client.get("/health/ready").status_code == 200)
         assert client.get("/api/v1/studies").status_code == 200
         stopped = {each for one in processes for each in (one, *one.children(recursive=True))}
         for process in stopped:
             process.send_signal(signal.SIGSTOP)
         try:
-            helpers.wait_until(lambda: client.get("/health/ready").status_code == 503)
+            wait_until(lambda: client.get("/health/ready").status_code == 503)
             answer = client.get("/health/ready")
             assert client.get("/health/live").status_code == 200
             # whose answer needs the database is refused, however many wait; the client's limit is longer
@@ -55,8 +56,8 @@ def test_service_says_that_its_database_hangs_and_recovers(server, tmp_path, hel
             for process in stopped:
                 process.send_signal(signal.SIGCONT)
         assert "has not answered within" in answer.json()["detail"]
-        helpers.wait_until(lambda: client.get("/health/ready").status_code == 200)
-        helpers.wait_until(lambda: client.get("/api/v1/studies").status_code == 200)
+        wait_until(lambda: client.get("/health/ready").status_code == 200)
+        wait_until(lambda: client.get("/api/v1/studies").status_code == 200)
 
 
 @pytest.fixture

@@ -10,6 +10,7 @@ import numpy as np
 import pytest
 import xarray as xr
 from tests.service.cli.commands import run
+from tests.service.conftest import computed
 
 MASS, HERTZ, BASE = 2.0, 4.0, 0.003
 STUDY: dict[str, Any] = {
@@ -43,10 +44,10 @@ def tables(text: str) -> list[list[list[str]]]:
 
 
 @pytest.fixture(scope="module")
-def written(service: Any, helpers: Any, tmp_path_factory: pytest.TempPathFactory) -> tuple[str, xr.Dataset]:
+def written(service: Any, tmp_path_factory: pytest.TempPathFactory) -> tuple[str, xr.Dataset]:
     """What the command writes of a study, and the study's cube."""
     path = tmp_path_factory.mktemp("report") / "report.html"
-    record = helpers.computed(service, STUDY)
+    record = computed(service, STUDY)
     with service.client() as client:
         exported = client.get(f"/api/v1/studies/{record['id']}/export").raise_for_status().content
     run("report", record["id"], "--data-dir", service.log.parent / "data", "-o", path)

@@ -9,6 +9,7 @@ from typing import Any
 import httpx
 import pytest
 from tests.filling import enter
+from tests.service.conftest import CURVE, ended, lasting_study, long_study, wait_for
 
 from damperlab.studies.reading import parse_study_text
 from damperlab.studies.store.store import Store
@@ -28,10 +29,10 @@ def _events(lines: Iterator[str]) -> Iterator[dict[str, str]]:
             event = {}
 
 
-def test_a_running_study_is_followed_asked_cancelled_and_resumed(client: httpx.Client, helpers: Any) -> None:
-    record = client.post(STUDIES, json=helpers.lasting_study("long")).raise_for_status().json()
+def test_a_running_study_is_followed_asked_cancelled_and_resumed(client: httpx.Client) -> None:
+    record = client.post(STUDIES, json=lasting_study("long")).raise_for_status().json()
     address = f"{STUDIES}/{record['id']}"
-    helpers.wait_for(client, record["id"], lambda now: now["blocks_done"] > 0)
+    wait_for(client, record["id"], lambda now: now["blocks_done"] > 0)
     try:
         refused = client.delete(address)
         assert refused.status_code == 409
@@ -56,9 +57,9 @@ def test_a_running_study_is_followed_asked_cancelled_and_resumed(client: httpx.C
         done = [each["points_done"] for each in told]
         assert done == sorted(done)
 
-        stopped = helpers.wait_for(client, record["id"], lambda now: now["owner"] is None)
+        stopped = wait_for(client, record["id"], lambda now: now["owner"] is None)
         assert client.post(f"{address}/resume").json()["state"] in ("queued", "running")
-        more = helpers.wait_for(client, record["id"], lambda now: now["blocks_done"] > stopped["blocks_done"])
+        more = wait_for(client, record["id"], lambda now: now["blocks_done"] > stopped["blocks_done"])
         assert (more["state"], more["started"]) == ("running", stopped["started"])
     finally:
         client.post(f"{address}/cancel")
@@ -77,14 +78,14 @@ def test_client_that_connects_again_is_not_told_what_it_knows(
     assert client.get(address, headers={"last-event-id": "0-0-running"}).status_code == 200
 
 
-def test_study_can_be_deleted_once_it_is_done(client: httpx.Client, helpers: Any) -> None:
+def test_study_can_be_deleted_once_it_is_done(client: httpx.Client) -> None:
     """At once, while its run still puts things away; and submitted again, it is computed again."""
-    study = helpers.CURVE | {"name": "short-lived", "damping_ratio": 0.0077}
+    study = CURVE | {"name": "short-lived", "damping_ratio": 0.0077}
     for _ in range(2):
         answer = client.post(STUDIES, json=study)
         assert answer.status_code == 201
         address = f"{STUDIES}/{answer.json()['id']}"
-        while not helpers.ended(record := client.get(address).json()):
+        while not ended(record := client.get(address).json()):
             pass
         assert (record["state"], record["points_done"]) == ("done", 11)
         assert client.delete(address[:-1]).status_code == 404  # the whole id is asked for
@@ -94,13 +95,13 @@ def test_study_can_be_deleted_once_it_is_done(client: httpx.Client, helpers: Any
 
 
 def test_next_start_goes_on_where_a_stopped_and_a_killed_service_were(
-    own_service: Callable[..., Any], helpers: Any, tmp_path: Path
+    own_service: Callable[..., Any], tmp_path: Path
 ) -> None:
     first = own_service(DAMPERLAB_STUDIES_AT_ONCE="1")
     with first.client() as client:
-        running = client.post(STUDIES, json=helpers.long_study("first")).raise_for_status().json()["id"]
-        waiting = client.post(STUDIES, json=helpers.CURVE).raise_for_status().json()["id"]
-        helpers.wait_for(client, running, lambda record: record["blocks_done"] > 0)
+        running = client.post(STUDIES, json=long_study("first")).raise_for_status().json()["id"]
+        waiting = client.post(STUDIES, json=CURVE).raise_for_status().json()["id"]
+        wait_for(client, running, lambda record: record["blocks_done"] > 0)
         assert client.get("/health/ready").json()["running"] == [running]
         with client.stream("GET", f"{STUDIES}/{running}/events") as stream:
             assert first.stop(signal.SIGTERM) == 0
@@ -122,11 +123,11 @@ def test_next_start_goes_on_where_a_stopped_and_a_killed_service_were(
 
     second = own_service(DAMPERLAB_STUDIES_AT_ONCE="2")
     with second.client() as client:
-        more = helpers.wait_for(client, running, lambda record: record["blocks_done"] > kept.blocks_done)
+        more = wait_for(client, running, lambda record: record["blocks_done"] > kept.blocks_done)
         assert more["state"] == "running"
         client.post(f"{STUDIES}/{running}/cancel").raise_for_status()
         for each in (waiting, left):
-            assert helpers.wait_for(client, each, helpers.ended)["state"] == "done"
+            assert wait_for(client, each, ended)["state"] == "done"
     second.stop(signal.SIGINT)
     assert second.process.returncode == 0
 

@@ -12,6 +12,7 @@ from typing import Any
 
 import numpy as np
 import pytest
+from tests.service.conftest import CURVE, ended, long_study, wait_for, wait_until
 
 from damperlab.studies.specification.reading import specification_document
 from damperlab.studies.store.care.verify import verify
@@ -50,29 +51,25 @@ def assert_kept(before: np.ndarray, after: np.ndarray) -> None:
     np.testing.assert_array_equal(before[kept], after[kept])
 
 
-def test_a_full_disk_pauses_studies_and_nothing_else(
-    own_service: Callable[..., Any], helpers: Any, disk: Path
-) -> None:
+def test_a_full_disk_pauses_studies_and_nothing_else(own_service: Callable[..., Any], disk: Path) -> None:
     service = own_service(disk / "data")
     store = Store.open(disk / "data")
     with service.client() as client:
-        other = client.post(STUDIES, json=helpers.CURVE).raise_for_status().json()["id"]
-        assert helpers.wait_for(client, other, helpers.ended)["state"] == "done"
-        study = client.post(STUDIES, json=helpers.long_study("paused")).raise_for_status().json()["id"]
-        helpers.wait_for(client, study, lambda record: record["blocks_done"] > 1)
+        other = client.post(STUDIES, json=CURVE).raise_for_status().json()["id"]
+        assert wait_for(client, other, ended)["state"] == "done"
+        study = client.post(STUDIES, json=long_study("paused")).raise_for_status().json()["id"]
+        wait_for(client, study, lambda record: record["blocks_done"] > 1)
         with (disk / "ballast").open("wb") as file:
             # less than is kept for the catalogue, and still room for that
             file.truncate(0)
             file.write(bytes(22 * 2**20))
-        paused = helpers.wait_for(client, study, lambda record: record["state"] != "running")
+        paused = wait_for(client, study, lambda record: record["state"] != "running")
         assert paused["state"] == "queued"
         assert "is full" in paused["message"]
         assert "make room" in paused["message"]
         assert 0 < paused["blocks_done"] < paused["blocks_total"]
         before = run_times(store, study)
-        helpers.wait_until(
-            lambda: "is full" in str(client.get("/health/ready").json().get("cluster_message"))
-        )
+        wait_until(lambda: "is full" in str(client.get("/health/ready").json().get("cluster_message")))
         # other studies, and what there is of this one, are read as ever
         curve = client.get(f"{STUDIES}/{other}/frequency-response").raise_for_status().json()
         assert len(curve["values"]) == 11
@@ -82,7 +79,7 @@ def test_a_full_disk_pauses_studies_and_nothing_else(
         )
         assert client.get(f"{STUDIES}/{other}/zarr/status/c.0.0.0.0.0.0").status_code == 200
         (disk / "ballast").unlink()
-        more = helpers.wait_for(client, study, lambda record: record["blocks_done"] > paused["blocks_done"])
+        more = wait_for(client, study, lambda record: record["blocks_done"] > paused["blocks_done"])
         assert (more["state"], more["message"]) in (("running", None), ("done", None)), more
         client.post(f"{STUDIES}/{study}/cancel").raise_for_status()
     assert_kept(before, run_times(store, study))
@@ -91,9 +88,7 @@ def test_a_full_disk_pauses_studies_and_nothing_else(
 
 
 @pytest.mark.night
-def test_a_locked_catalogue_delays_and_loses_nothing(
-    own_service: Callable[..., Any], helpers: Any, tmp_path: Path
-) -> None:
+def test_a_locked_catalogue_delays_and_loses_nothing(own_service: Callable[..., Any], tmp_path: Path) -> None:
     service = own_service(DAMPERLAB_CATALOGUE_WAIT_SECONDS="2")
     file = tmp_path / "data" / "catalogue.sqlite"
     with (
@@ -101,13 +96,13 @@ def test_a_locked_catalogue_delays_and_loses_nothing(
         closing(sqlite3.connect(file, isolation_level=None, timeout=20)) as other,
         ThreadPoolExecutor(60) as threads,
     ):
-        study = client.post(STUDIES, json=helpers.long_study("locked")).raise_for_status().json()["id"]
-        helpers.wait_for(client, study, lambda record: record["blocks_done"] > 1)
+        study = client.post(STUDIES, json=long_study("locked")).raise_for_status().json()["id"]
+        wait_for(client, study, lambda record: record["blocks_done"] > 1)
         other.execute("BEGIN EXCLUSIVE")
         began = time.monotonic()
         # more writers than the service has threads, and readers that do not wait for them
         posts = [
-            threads.submit(client.post, STUDIES, json={**helpers.CURVE, "damping_ratio": 0.001 * number})
+            threads.submit(client.post, STUDIES, json={**CURVE, "damping_ratio": 0.001 * number})
             for number in range(1, 51)
         ]
         while time.monotonic() < began + LOCK_SECONDS:
@@ -124,9 +119,7 @@ def test_a_locked_catalogue_delays_and_loses_nothing(
         assert int(refused.headers["retry-after"]) > 0
         store = Store.open(tmp_path / "data")
         before = run_times(store, study)
-        more = helpers.wait_for(
-            client, study, lambda record: record["blocks_done"] > look.json()["blocks_done"]
-        )
+        more = wait_for(client, study, lambda record: record["blocks_done"] > look.json()["blocks_done"])
         assert more["state"] in ("running", "done"), more
         client.post(f"{STUDIES}/{study}/cancel").raise_for_status()
         assert_kept(before, run_times(store, study))

@@ -6,7 +6,7 @@ from typing import Any
 
 import httpx
 import numpy as np
-import pytest
+from tests.service.conftest import ended, wait_for, wait_until
 
 from damperlab import Client
 from damperlab.studies.definition import parse_study
@@ -22,7 +22,7 @@ def _count(client: httpx.Client) -> int:
     return len(client.get(STUDIES, params={"limit": 200}).json()["studies"])
 
 
-def test_new_study_is_created_at_its_location_and_computed(client: httpx.Client, helpers: Any) -> None:
+def test_new_study_is_created_at_its_location_and_computed(client: httpx.Client) -> None:
     answer = client.post(STUDIES, json={"name": "new", "damping_ratio": 0.011, **SMALL})
     assert answer.status_code == 201
     record = answer.json()
@@ -31,7 +31,7 @@ def test_new_study_is_created_at_its_location_and_computed(client: httpx.Client,
     # By which a later version tells that it must not go on with this cube.
     assert record["provenance"]["kernels"]
     assert client.get(answer.headers["location"]).json()["digest"] == record["digest"]
-    done = helpers.wait_for(client, record["id"], helpers.ended)
+    done = wait_for(client, record["id"], ended)
     assert (done["state"], done["points_done"], done["points_failed"]) == ("done", 2, 0)
     for action in ("cancel", "resume"):
         assert client.post(f"{STUDIES}/{record['id']}/{action}").status_code == 409
@@ -87,15 +87,15 @@ def _linear(stop: float) -> dict[str, Any]:
     return {"particle": False, "axes": {"frequency_ratio": {"start": 0.5, "stop": stop, "num": 5}}}
 
 
-def test_reuse_can_be_switched_off(client: httpx.Client, helpers: Any) -> None:
+def test_reuse_can_be_switched_off(client: httpx.Client) -> None:
     first = client.post(STUDIES, json=_linear(1.5)).json()
-    helpers.wait_for(client, first["id"], helpers.ended)
+    wait_for(client, first["id"], ended)
     finer = {"particle": False, "axes": {"frequency_ratio": {"start": 0.5, "stop": 1.5, "num": 9}}}
-    taken = helpers.wait_for(client, client.post(STUDIES, json=finer).json()["id"], helpers.ended)
+    taken = wait_for(client, client.post(STUDIES, json=finer).json()["id"], ended)
     assert taken["points_reused"] == 5
     client.delete(f"{STUDIES}/{taken['id']}").raise_for_status()
     alone = client.post(STUDIES, json=finer, params={"reuse": "false"}).json()
-    assert helpers.wait_for(client, alone["id"], helpers.ended)["points_reused"] == 0
+    assert wait_for(client, alone["id"], ended)["points_reused"] == 0
 
 
 def point(number: int, ratio: float = 0.02) -> dict[str, Any]:
@@ -156,7 +156,7 @@ def test_lists_that_no_list_may_be(client: httpx.Client) -> None:
 
 
 def test_many_small_studies_are_run_together_to_the_same_bits(
-    service: Any, remote: Client, store: Store, helpers: Any
+    service: Any, remote: Client, store: Store
 ) -> None:
     before = service.log.read_text().count("run together")
     remote.submit(point(0, 0.06)).wait()  # what must be compiled is compiled alone
@@ -166,7 +166,7 @@ def test_many_small_studies_are_run_together_to_the_same_bits(
     studies = single + remote.submit_all(every[10:])
     for study in studies:
         study.wait()
-    helpers.wait_until(lambda: service.log.read_text().count("run together") > before)
+    wait_until(lambda: service.log.read_text().count("run together") > before)
     for document, study in zip(every, studies, strict=True):
         asked = parse_study(document)
         whole = solve_block(asked, Block.whole(asked.shape))
@@ -180,17 +180,3 @@ def test_many_small_studies_are_run_together_to_the_same_bits(
         assert (said[0], said[-1]) == ("submitted", "running to done")
         files = [path for path in Path(store.cube_path(study.id)).rglob("*") if path.is_file()]
         assert len(files) == 3
-
-
-@pytest.mark.night
-def test_small_studies_that_a_stop_cut_short_are_done_after_it(own_service: Any, tmp_path: Path) -> None:
-    running = own_service()
-    with Client(running.url) as client:
-        client.submit(point(0)).wait()
-        studies = client.submit_all([point(number) for number in range(1, 41)])
-    running.process.kill()
-    running.process.wait()
-    running = own_service()
-    with Client(running.url) as client:
-        for study in studies:
-            assert client.study(study.id).wait().state == "done"

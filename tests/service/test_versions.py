@@ -7,6 +7,7 @@ from typing import Any
 
 import numpy as np
 from tests.filling import enter, write
+from tests.service.conftest import CURVE, ended, wait_for, wait_until
 from tests.service.contract import check
 
 from damperlab import Client
@@ -19,10 +20,10 @@ STUDIES = "/api/v1/studies"
 
 
 def test_outdated_results_are_flagged_and_recomputed_beside(
-    own_service: Callable[..., Any], helpers: Any, tmp_path: Path
+    own_service: Callable[..., Any], tmp_path: Path
 ) -> None:
     """What another solver really computes is compared in `tests/worker/run/test_versions.py`."""
-    study = parse_study(helpers.CURVE)
+    study = parse_study(CURVE)
     whole = Block.whole(study.shape)
     values = {name: np.asarray(column) for name, column in solve_block(study, whole).items()}
     with closing(Store.open(tmp_path / "data")) as store:
@@ -31,7 +32,7 @@ def test_outdated_results_are_flagged_and_recomputed_beside(
         store.set_state(old, "done")
     running = own_service()
     with running.client() as client, Client(running.url) as remote:
-        again = client.post(STUDIES, json=helpers.CURVE)
+        again = client.post(STUDIES, json=CURVE)
         assert (again.status_code, again.json()["id"], again.json()["outdated"]) == (200, old, True)
         (listed,) = client.get(STUDIES).json()["studies"]
         assert (listed["outdated"], listed["version"]) == (True, 1)
@@ -43,9 +44,9 @@ def test_outdated_results_are_flagged_and_recomputed_beside(
         assert made.status_code == 201
         newer = made.json()["id"]
         assert made.headers["Location"] == f"{STUDIES}/{old}-2"
-        done = helpers.wait_for(client, newer, helpers.ended)
+        done = wait_for(client, newer, ended)
         assert (done["state"], done["outdated"], done["version"]) == ("done", False, 2)
-        assert client.post(STUDIES, json=helpers.CURVE).json()["id"] == newer
+        assert client.post(STUDIES, json=CURVE).json()["id"] == newer
         assert client.post(f"{STUDIES}/{newer}/recompute").status_code == 409
         versions = client.get(f"{STUDIES}/{old}/versions").json()["studies"]
         assert [each["id"] for each in versions] == [old, newer]
@@ -71,4 +72,4 @@ def test_outdated_results_are_flagged_and_recomputed_beside(
         assert missing.status_code == 404
         assert "deleted 20" in missing.json()["errors"][0]["found"]
         cubes = tmp_path / "data" / "cubes"
-        helpers.wait_until(lambda: not list(cubes.glob("*.zarr")))
+        wait_until(lambda: not list(cubes.glob("*.zarr")))

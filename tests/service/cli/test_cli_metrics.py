@@ -165,18 +165,3 @@ def test_what_is_named_as_a_ratio_is_one_and_what_nobody_named_is_in_units(
 
 def rows(said: str) -> list[str]:
     return said.splitlines()[1:]
-
-
-@pytest.mark.night
-@pytest.mark.parametrize("scene", ["accelerated"], indirect=True)
-def test_a_tuned_mass_damper_stands_beside_a_damper_under_one_acceleration(
-    scene: str, printed: Callable[..., str], folder: Path
-) -> None:
-    damper = ("--clearance-m", "0.0005", "--friction-force-n", "3")
-    said = printed("tmd", scene, *damper, "--base-amplitude-m", "8e-5", "--details")
-    assert "The acceleration of the base is the same at every frequency" in said
-    figure = folder / "tmd.png"
-    printed("tmd", scene, *damper, "--base-amplitude-m", "8e-5", "-o", str(figure))
-    assert figure.stat().st_size > 0
-    refused = run("tmd", scene, *damper, "--data-dir", folder / "data", status=2).stderr
-    assert "Name it: --base-amplitude-m 8e-05." in refused

@@ -279,15 +279,6 @@ def test_results_of_another_solver_are_repaired_as_far_as_nothing_is_computed(tm
     store.close()
 
 
-def test_a_study_that_another_solver_began_is_left_as_it_is_with_one_advice(tmp_path: Path) -> None:
-    make_store(tmp_path)
-    said = run("run", "half", "--data-dir", tmp_path, status=1).stderr
-    assert "damperlab recompute" in said
-    assert "damperlab run" not in said
-    with closing(Store.open(tmp_path)) as store:
-        assert (store.find("half").state, store.find("half").message) == ("cancelled", None)
-
-
 def test_run_goes_on_with_a_stored_study_by_its_name_or_id(store: Store) -> None:
     (record,) = store.page().records
     data = ("--data-dir", store.data_dir)

@@ -6,18 +6,19 @@ from pathlib import Path
 from typing import Any
 
 import pytest
+from tests.service.conftest import SPECIFICATION
 
 from damperlab.service.client import Client, Conflict, Design, NotFound, Refused, StillRunning, Stopped
 
 
 @pytest.mark.night
 def test_a_design_is_asked_for_waited_for_and_written(
-    remote: Client, helpers: Any, design: dict[str, Any], tmp_path: Path
+    remote: Client, design: dict[str, Any], tmp_path: Path
 ) -> None:
     file = tmp_path / "spec.json"
-    file.write_text(json.dumps(helpers.SPECIFICATION))
+    file.write_text(json.dumps(SPECIFICATION))
     found = remote.design(file).wait(progress=False)
-    assert found == remote.design(helpers.SPECIFICATION) == remote.design(file.read_text())
+    assert found == remote.design(SPECIFICATION) == remote.design(file.read_text())
     assert (found.id, found.state) == (design["id"], "done")
     assert found.answer == design["answer"]
     assert found in remote.designs(state="done")
@@ -34,11 +35,9 @@ def test_a_design_is_asked_for_waited_for_and_written(
     assert found.answer["verdict"]["sentences"][0] in unescape(shown)
 
 
-def test_what_is_wrong_with_a_specification_is_told_before_or_after_it_is_sent(
-    remote: Client, helpers: Any
-) -> None:
+def test_what_is_wrong_with_a_specification_is_told_before_or_after_it_is_sent(remote: Client) -> None:
     with pytest.raises(Refused) as refused:
-        remote.design(helpers.SPECIFICATION | {"restitution": 2, "nonsense": 1})
+        remote.design(SPECIFICATION | {"restitution": 2, "nonsense": 1})
     assert {fault.field for fault in refused.value.faults} == {"restitution", "nonsense"}
     for nothing in ("no-such-name", 3):
         with pytest.raises(Refused) as refused:
@@ -46,11 +45,9 @@ def test_what_is_wrong_with_a_specification_is_told_before_or_after_it_is_sent(
         assert [fault.field for fault in refused.value.faults] == ["specification"]
 
 
-def test_a_design_is_stopped_and_deleted(
-    remote: Client, helpers: Any, capsys: pytest.CaptureFixture[str]
-) -> None:
+def test_a_design_is_stopped_and_deleted(remote: Client, capsys: pytest.CaptureFixture[str]) -> None:
     # too much for a moment: it has not ended when it is looked at
-    asked: Design = remote.design(helpers.SPECIFICATION | {"clearance_m": 0.0053, "budget_points": 5000})
+    asked: Design = remote.design(SPECIFICATION | {"clearance_m": 0.0053, "budget_points": 5000})
     for unfinished in (lambda: asked.wait(timeout=0.0), lambda: asked.answer):
         with pytest.raises(StillRunning):
             unfinished()

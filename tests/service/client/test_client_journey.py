@@ -11,6 +11,7 @@ from typing import Any
 import numpy as np
 import pytest
 from tests.filling import enter, put
+from tests.service.conftest import CURVE, WORK_SECONDS, lasting_study, long_study, wait_until
 
 from damperlab.service.client import Client, Conflict, NotFound, Refused, StillRunning, Stopped
 from damperlab.studies.definition import parse_study
@@ -33,8 +34,8 @@ print([name for name in ("numba", "distributed", "worker", "fastapi") if name in
     assert done.stdout == "[]\n"
 
 
-def test_journey(remote: Client, helpers: Any, tmp_path: Path) -> None:
-    asked = helpers.CURVE | {"name": "a client's journey", "damping_ratio": 0.0021}
+def test_journey(remote: Client, tmp_path: Path) -> None:
+    asked = CURVE | {"name": "a client's journey", "damping_ratio": 0.0021}
     estimate = remote.estimate(asked)
     assert (estimate.points, estimate.definition["name"]) == (11, "a client's journey")
     with pytest.raises(NotFound):
@@ -64,7 +65,7 @@ def test_journey(remote: Client, helpers: Any, tmp_path: Path) -> None:
     assert study in remote.studies("done")
     assert study not in remote.studies("failed")
 
-    long = remote.submit(helpers.lasting_study("left by its client"))
+    long = remote.submit(lasting_study("left by its client"))
     with pytest.raises(StillRunning, match="points done"):
         long.wait(progress=False, timeout=0.1)
     with pytest.raises(Conflict):
@@ -106,20 +107,20 @@ def test_record_is_handed_in_and_listed(remote: Client, tmp_path: Path) -> None:
 
 @pytest.mark.night
 def test_waiting_outlives_a_service_that_is_killed(
-    own_service: Callable[..., Any], helpers: Any, free_port: int, monkeypatch: pytest.MonkeyPatch
+    own_service: Callable[..., Any], free_port: int, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     monkeypatch.setattr("damperlab.service.client.transport.PATIENCE_SECONDS", 900.0)
     first = own_service(DAMPERLAB_PORT=str(free_port))
     url = f"http://127.0.0.1:{free_port}"
     with Client(url) as client:
-        study = client.submit(helpers.long_study("killed and restarted") | {"steady": {"max_cycles": 500}})
-        helpers.wait_until(lambda: study.record.blocks_done > 0)
+        study = client.submit(long_study("killed and restarted") | {"steady": {"max_cycles": 500}})
+        wait_until(lambda: study.record.blocks_done > 0)
         ended: list[Any] = []
         waiter = threading.Thread(target=lambda: ended.append(study.wait(progress=False)), daemon=True)
         waiter.start()
         first.stop(signal.SIGKILL)
         second = own_service(DAMPERLAB_PORT=str(free_port))
-        waiter.join(helpers.WORK_SECONDS)
+        waiter.join(WORK_SECONDS)
         assert ended == [study]
         record = study.record
         assert (record.state, record.points_done) == ("done", record.points_total)
@@ -151,7 +152,7 @@ def large(service: Any) -> Iterator[str]:
     store.close()
 
 
-def test_slice_of_a_large_cube_fetches_its_own_blocks(service: Any, helpers: Any, large: str) -> None:
+def test_slice_of_a_large_cube_fetches_its_own_blocks(service: Any, large: str) -> None:
     with Client(service.url) as client:
         cube = client.study(large).cube()
         assert cube["amplitude_ratio"].size == SIDE**2
@@ -162,7 +163,7 @@ def test_slice_of_a_large_cube_fetches_its_own_blocks(service: Any, helpers: Any
         return service.log.read_text()[before:].count("/zarr/amplitude_ratio/c")
 
     # the log has a request a moment after its answer has gone
-    helpers.wait_until(lambda: fetched() >= 3)
+    wait_until(lambda: fetched() >= 3)
     # 50 points of block 1, 100 of block 2, 50 of block 3
     np.testing.assert_array_equal(part, np.repeat([1.0, 2.0, 3.0], [50, 100, 50]))
     assert fetched() == 3

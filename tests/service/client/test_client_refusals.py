@@ -8,6 +8,7 @@ from typing import Any
 
 import httpx
 import pytest
+from tests.service.conftest import CURVE
 
 from damperlab.service.client import (
     Client,
@@ -144,10 +145,10 @@ def test_key_opens_questions_and_cubes(gate: Callable[..., Any], curve: dict[str
             client.study(curve["id"])
 
 
-def test_busy_service_is_asked_again(gate: Callable[..., Any], helpers: Any) -> None:
+def test_busy_service_is_asked_again(gate: Callable[..., Any]) -> None:
     url, handler = gate(busy={"POST": 2, "GET": 1})
     with Client(url) as client:
-        study = client.submit(helpers.CURVE)
+        study = client.submit(CURVE)
         assert study.wait(progress=False).state == "done"
     posts = [line for line in handler.seen if line.startswith("POST")]
     assert len(posts) == 3

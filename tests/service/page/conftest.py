@@ -16,6 +16,7 @@ from playwright.sync_api import (
     expect,
     sync_playwright,
 )
+from tests.service.conftest import computed
 
 FLAGS = (
     "--headless=new",
@@ -131,7 +132,7 @@ def open_page(
 
 
 @pytest.fixture(scope="session")
-def small_map(service: Any, helpers: Any) -> dict[str, Any]:
+def small_map(service: Any) -> dict[str, Any]:
     """The record of a finished study with a map."""
-    finished: dict[str, Any] = helpers.computed(service, MAP)
+    finished: dict[str, Any] = computed(service, MAP)
     return finished

@@ -8,6 +8,7 @@ from typing import Any
 import httpx
 import pytest
 from playwright.sync_api import expect
+from tests.service.conftest import SPECIFICATION, ended, wait_for_design
 from tests.service.page.looking import serious
 
 pytestmark = pytest.mark.night
@@ -25,11 +26,11 @@ def form_of(open_page: Callable[..., Any], document: dict[str, Any]) -> tuple[An
 
 @pytest.mark.parametrize(("width", "schemes"), [(390, ("dark",)), (1440, ("light", "dark"))])
 def test_an_answered_design_has_no_serious_fault_of_accessibility_and_nothing_wider_than_the_screen(
-    open_page: Callable[..., Any], client: httpx.Client, helpers: Any, width: int, schemes: tuple[str, ...]
+    open_page: Callable[..., Any], client: httpx.Client, width: int, schemes: tuple[str, ...]
 ) -> None:
     # enough for other amplitudes
-    asked = client.post("/api/v1/designs", json=helpers.SPECIFICATION | {"budget_points": 2000}).json()
-    answer = helpers.wait_for_design(client, asked["id"], helpers.ended)["answer"]
+    asked = client.post("/api/v1/designs", json=SPECIFICATION | {"budget_points": 2000}).json()
+    answer = wait_for_design(client, asked["id"], ended)["answer"]
     page = open_page(viewport={"width": width, "height": 900}).go(f"#/designs/{asked['id']}")
     page.wait_for_selector(".plot .main-svg", state="attached")
     assert len(answer["amplitudes"]) > 1
@@ -40,10 +41,10 @@ def test_an_answered_design_has_no_serious_fault_of_accessibility_and_nothing_wi
     assert page.evaluate("document.documentElement.scrollWidth") <= width
 
 
-def test_every_fault_stands_at_its_field(open_page: Callable[..., Any], helpers: Any) -> None:
+def test_every_fault_stands_at_its_field(open_page: Callable[..., Any]) -> None:
     wrong = {"restitution": 2, "choose": {"friction_force_n": {"start": 60, "stop": 5}}, "nonsense": 1}
     wrong["tolerances"] = {"clearance_m": 0.006}
-    page, _ = form_of(open_page, helpers.SPECIFICATION | wrong)
+    page, _ = form_of(open_page, SPECIFICATION | wrong)
     expect(page.locator(".estimate")).to_contain_text("faults to fix")
     expect(page.locator('[data-field="restitution"] .faults').first).to_contain_text("0 to 1")
     expect(page.locator('[data-field="choose.friction_force_n"] .faults')).to_contain_text("from")
@@ -111,9 +112,9 @@ def test_excitations_are_added_named_and_removed_in_the_form(open_page: Callable
 
 
 def test_a_sweep_random_vibration_and_a_shock_are_asked_for_in_the_form(
-    open_page: Callable[..., Any], helpers: Any
+    open_page: Callable[..., Any],
 ) -> None:
-    page, asked = form_of(open_page, helpers.SPECIFICATION | {"limits": {}})
+    page, asked = form_of(open_page, SPECIFICATION | {"limits": {}})
 
     def field(name: str) -> Any:
         return page.locator(f'[data-field="excitation.{name}"]')
@@ -158,9 +159,9 @@ def test_a_sweep_random_vibration_and_a_shock_are_asked_for_in_the_form(
 
 
 def test_records_are_chosen_in_the_form_and_the_answer_is_shown_under_each(
-    open_page: Callable[..., Any], client: httpx.Client, helpers: Any
+    open_page: Callable[..., Any], client: httpx.Client
 ) -> None:
-    page, asked = form_of(open_page, helpers.SPECIFICATION | {"limits": {}, "name": "shaken"})
+    page, asked = form_of(open_page, SPECIFICATION | {"limits": {}, "name": "shaken"})
     page.get_by_label("Kind of excitation").select_option("records")
     assert asked()["excitation"] == {"records": ["el-centro-180"], "scales": 1}
     pacoima = page.get_by_label("San Fernando 1971, Pacoima Dam, 164°")
@@ -184,9 +185,9 @@ def test_records_are_chosen_in_the_form_and_the_answer_is_shown_under_each(
     expect(pacoima).to_be_checked()
 
 
-def test_records_stand_beside_a_band_in_the_form(open_page: Callable[..., Any], helpers: Any) -> None:
+def test_records_stand_beside_a_band_in_the_form(open_page: Callable[..., Any]) -> None:
     more = {"limits": {}, "name": "both", "measure": "worst_rms_displacement"}
-    page, asked = form_of(open_page, helpers.SPECIFICATION | more)
+    page, asked = form_of(open_page, SPECIFICATION | more)
     page.get_by_role("button", name="Add ground-motion records").click()
     expect(page.get_by_role("button", name="Add ground-motion records")).to_have_count(0)
     quake = page.get_by_role("group", name="Excitation 2: ground-motion records")
@@ -199,7 +200,7 @@ def test_records_stand_beside_a_band_in_the_form(open_page: Callable[..., Any], 
     expect(over_the_band).to_have_count(0)
     page.get_by_label("Minimise").select_option("worst_displacement")
     assert asked()["excitation"] == [
-        helpers.SPECIFICATION["excitation"],
+        SPECIFICATION["excitation"],
         {"records": ["el-centro-180"], "scales": [0.3], "name": "quake"},
     ]
     assert asked()["limits"] == {"acceleration_m_per_s2": 50}

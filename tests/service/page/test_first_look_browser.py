@@ -6,6 +6,7 @@ from typing import Any
 import httpx
 import pytest
 from playwright.sync_api import expect
+from tests.service.conftest import computed, ended, long_study, wait_for
 
 pytestmark = pytest.mark.night
 
@@ -34,13 +35,13 @@ def test_the_keyboard_stays_at_a_field_that_changes_the_others(open_page: Callab
 
 
 def test_the_best_of_a_study_that_is_not_done_is_so_far_the_best(
-    open_page: Callable[..., Any], client: httpx.Client, helpers: Any
+    open_page: Callable[..., Any], client: httpx.Client
 ) -> None:
-    study = helpers.long_study("not done", damping_ratio=0.0047)
+    study = long_study("not done", damping_ratio=0.0047)
     study_id = client.post("/api/v1/studies", json=study).raise_for_status().json()["id"]
-    helpers.wait_for(client, study_id, lambda record: record["points_done"] > 0)
+    wait_for(client, study_id, lambda record: record["points_done"] > 0)
     client.post(f"/api/v1/studies/{study_id}/cancel").raise_for_status()
-    record = helpers.wait_for(client, study_id, helpers.ended)
+    record = wait_for(client, study_id, ended)
     assert record["points_done"] < record["points_total"]
     watched = open_page()
     page = watched.go(f"#/studies/{study_id}")
@@ -53,13 +54,12 @@ def test_the_best_of_a_study_that_is_not_done_is_so_far_the_best(
 
 
 def test_the_first_screen_says_why_the_best_design_may_not_be_the_best(
-    open_page: Callable[..., Any], client: httpx.Client, helpers: Any
+    open_page: Callable[..., Any], client: httpx.Client, service: Any
 ) -> None:
     frequencies = {"start": 0.9, "stop": 1.1, "num": 4}  # the resonance lies between two of them
     axes = {"friction_ratio": [0.1, 0.2, 0.3], "frequency_ratio": frequencies}
     study = {"name": "short axis", "particle": False, "damping_ratio": 0.02, "axes": axes}
-    study_id = client.post("/api/v1/studies", json=study).raise_for_status().json()["id"]
-    helpers.wait_for(client, study_id, helpers.ended)
+    study_id = computed(service, study)["id"]
     doubts = client.get(f"/api/v1/studies/{study_id}/optimal-designs").json()["doubts"]
     assert [doubt["kind"] for doubt in doubts] == ["hidden_peak", "end_of_range", "rugged"]
     page = open_page().go(f"#/studies/{study_id}")

@@ -8,6 +8,7 @@ import httpx
 import numpy as np
 import pytest
 from playwright.sync_api import Page, expect
+from tests.service.conftest import computed, ended, wait_for
 from tests.service.page.looking import serious, until
 
 pytestmark = pytest.mark.night
@@ -16,15 +17,12 @@ COMMON = {"particle": False, "steady": {"max_cycles": 40}}
 
 
 def test_a_tag_is_written_and_leads_to_its_studies(
-    open_page: Callable[..., Any], own_service: Callable[..., Any], helpers: Any
+    open_page: Callable[..., Any], own_service: Callable[..., Any]
 ) -> None:
     running = own_service()
-    with httpx.Client(base_url=running.url, timeout=300) as client:
-        for name, frictions in (("low", [0.1, 0.2]), ("high", [0.5, 0.6])):
-            axes = {"friction_ratio": frictions, "frequency_ratio": [0.9, 1.1]}
-            study = {"name": name, "damping_ratio": 0.02, "axes": axes} | COMMON
-            record = client.post("/api/v1/studies", json=study).raise_for_status().json()
-            helpers.wait_for(client, record["id"], helpers.ended)
+    for name, frictions in (("low", [0.1, 0.2]), ("high", [0.5, 0.6])):
+        axes = {"friction_ratio": frictions, "frequency_ratio": [0.9, 1.1]}
+        record = computed(running, {"name": name, "damping_ratio": 0.02, "axes": axes} | COMMON)
     watched = open_page(running.url, viewport={"width": 390, "height": 900})
     page = watched.go(f"#/studies/{record['id']}/data")
     page.get_by_label("Tags, separated by commas").fill("Rig 2")
@@ -69,14 +67,14 @@ def test_a_tag_is_written_and_leads_to_its_studies(
 
 
 @pytest.fixture(scope="module")
-def frictions(service: Any, helpers: Any) -> dict[str, Any]:
+def frictions(service: Any) -> dict[str, Any]:
     """A study of friction alone over a band; its best friction lies inside."""
     axes = {
         "friction_ratio": {"start": 0.3, "stop": 0.8, "num": 11},
         "frequency_ratio": {"start": 0.9, "stop": 1.1, "num": 5},
     }
     study = {"name": "frictions", "particle": False, "damping_ratio": 0.021, "axes": axes}
-    found: dict[str, Any] = helpers.computed(service, study)
+    found: dict[str, Any] = computed(service, study)
     return found
 
 
@@ -154,20 +152,19 @@ def test_a_finished_study_shows_its_map_small(
 
 
 def test_a_long_list_asks_for_what_is_seen_once(
-    open_page: Callable[..., Any], own_service: Callable[..., Any], helpers: Any
+    open_page: Callable[..., Any], own_service: Callable[..., Any]
 ) -> None:
     running = own_service()
     axes = {"friction_ratio": [0.1, 0.3], "frequency_ratio": [0.9, 1.1]}
-    common = {"particle": False, "steady": {"max_cycles": 40}}
     many = [
-        common | {"name": f"one of many {i}", "damping_ratio": 0.02 + 0.001 * i, "axes": axes}
+        COMMON | {"name": f"one of many {i}", "damping_ratio": 0.02 + 0.001 * i, "axes": axes}
         for i in range(30)
     ]
-    many.append(common | {"name": "one point", "axes": {"friction_ratio": 0.1, "frequency_ratio": 1.0}})
+    many.append(COMMON | {"name": "one point", "axes": {"friction_ratio": 0.1, "frequency_ratio": 1.0}})
     with httpx.Client(base_url=running.url, timeout=300) as client:
         records = client.post("/api/v1/studies", json=many).raise_for_status().json()["studies"]
         for record in records:
-            assert helpers.wait_for(client, record["id"], helpers.ended)["state"] == "done"
+            assert wait_for(client, record["id"], ended)["state"] == "done"
     watched = open_page(running.url, viewport={"width": 390, "height": 800})
     page = watched.go("")
     looked_at(page, records[29]["id"])

@@ -10,6 +10,7 @@ from typing import Any
 import httpx
 import pytest
 from playwright.sync_api import Page, expect
+from tests.service.conftest import SPECIFICATION, computed
 from tests.service.page.looking import (
     IN_UNITS,
     KNOWN_POINTS,
@@ -200,13 +201,13 @@ def test_a_late_ranking_of_designs_does_not_replace_a_later_one(
 
 
 def test_a_design_is_asked_for_in_the_form_followed_and_answered(
-    open_page: Callable[..., Any], client: httpx.Client, helpers: Any
+    open_page: Callable[..., Any], client: httpx.Client
 ) -> None:
     page = open_page().go()
     page.get_by_role("navigation").get_by_role("link", name="Designs").click()
     page.get_by_role("link", name="New design").click()
     expect(page.get_by_role("heading", name="New design", level=1)).to_be_visible()
-    page.get_by_label("The specification as JSON").fill(json.dumps(helpers.SPECIFICATION))
+    page.get_by_label("The specification as JSON").fill(json.dumps(SPECIFICATION))
     # the fields follow the text, in the units of a drawing
     clearance = page.get_by_role("group", name="Clearance d on either side")
     expect(clearance.get_by_label("Value")).to_have_value("5")
@@ -215,7 +216,7 @@ def test_a_design_is_asked_for_in_the_form_followed_and_answered(
     expect(friction.get_by_label("It is")).to_have_value("range")
     page.get_by_role("textbox", name="Name").fill("asked on the page")
     asked = json.loads(page.get_by_label("The specification as JSON").input_value())
-    assert asked == helpers.SPECIFICATION | {"clearance_m": 0.0056, "name": "asked on the page"}
+    assert asked == SPECIFICATION | {"clearance_m": 0.0056, "name": "asked on the page"}
     expect(page.locator(".estimate")).to_contain_text("200")
     page.get_by_role("button", name="Find the damper").click()
     expect(page.get_by_role("heading", name="asked on the page", level=1)).to_be_visible()
@@ -298,13 +299,13 @@ def test_a_fit_and_an_earthquake_need_no_study(open_page: Callable[..., Any]) ->
 
 
 def test_studies_are_sorted_by_what_they_reach_compared_and_deleted_together(
-    open_page: Callable[..., Any], client: httpx.Client, service: Any, helpers: Any
+    open_page: Callable[..., Any], client: httpx.Client, service: Any
 ) -> None:
     names = ["row: worse", "row: better", "row: middling"]
     for name, frictions in zip(names, ([0.1, 0.2], [0.5, 0.6], [0.2, 0.4]), strict=True):
         axes = {"friction_ratio": frictions, "frequency_ratio": [0.9, 1.0, 1.1]}
         study = {"name": name, "particle": False, "damping_ratio": 0.02, "axes": axes}
-        record = helpers.computed(service, study)
+        record = computed(service, study)
     worse, better, middling = names
     page = open_page().go("")
     page.get_by_label("Search").fill("row:")
@@ -354,16 +355,9 @@ VIEWS = {
 SHOWN = "() => document.querySelector('main').innerText"
 
 
-def test_no_view_of_a_study_in_units_has_a_ratio(
-    open_page: Callable[..., Any], client: httpx.Client, helpers: Any
-) -> None:
+def test_no_view_of_a_study_in_units_has_a_ratio(open_page: Callable[..., Any], service: Any) -> None:
     other = IN_UNITS | {"name": "the other", "axes": {"restitution": 0.3}}
-    first, second = (
-        client.post("/api/v1/studies", json=each).raise_for_status().json()["id"]
-        for each in (IN_UNITS, other)
-    )
-    for study in (first, second):
-        helpers.wait_for(client, study, helpers.ended)
+    first, second = (computed(service, each)["id"] for each in (IN_UNITS, other))
     point = f"clearance_ratio=4&friction_ratio=0.1&pins=0.0&minus={second}&pareto=impact_speed"
     page = open_page().go(f"#/studies/{first}?{point}")
     found = {}

@@ -9,7 +9,7 @@ from typing import Any
 
 import httpx
 import pytest
-from tests.service.conftest import TRUSTED
+from tests.service.conftest import TRUSTED, serving
 
 from damperlab.studies.store.catalogue.access_keys import AccessKeys
 from damperlab.studies.store.store import Store
@@ -29,6 +29,13 @@ def make_key(data_dir: Path, owner: str, scope: str, lasts_seconds: float | None
     finally:
         os.umask(before)
     return {**key.document(), "key": secret}
+
+
+def every_route(routes: Any) -> Iterator[Any]:
+    """Give routes, and those of routers that were included."""
+    for route in routes:
+        inner = getattr(getattr(route, "original_router", None), "routes", None)
+        yield from [route] if inner is None else every_route(inner)
 
 
 @dataclass
@@ -54,16 +61,16 @@ WORK_SECONDS = 1
 
 
 @pytest.fixture(scope="session")
-def apart(tmp_path_factory: pytest.TempPathFactory, helpers: Any) -> Iterator[Any]:
+def apart(tmp_path_factory: pytest.TempPathFactory) -> Iterator[Any]:
     """One service that has every question computed apart, for tests of the processes that compute."""
     folder = tmp_path_factory.mktemp("apart")
     asked = {"DAMPERLAB_QUESTION_POINTS_APART": "0", "DAMPERLAB_WORK_SECONDS": str(WORK_SECONDS)}
-    with helpers.serving(folder, **asked) as running:
+    with serving(folder, **asked) as running:
         yield running
 
 
 @pytest.fixture(scope="session")
-def guarded(tmp_path_factory: pytest.TempPathFactory, helpers: Any) -> Iterator[Guarded]:
+def guarded(tmp_path_factory: pytest.TempPathFactory) -> Iterator[Guarded]:
     """One service with keys for all tests that leave it as they found it."""
     folder = tmp_path_factory.mktemp("guarded")
     data = folder / "data"
@@ -74,5 +81,5 @@ def guarded(tmp_path_factory: pytest.TempPathFactory, helpers: Any) -> Iterator[
         "admin": make_key(data, "operator", "admin"),
     }
     asked = {"DAMPERLAB_ACCESS": "keys", "DAMPERLAB_TRUSTED_PROXIES": "", "DAMPERLAB_HOSTS": ""}
-    with helpers.serving(folder, **asked) as running:
+    with serving(folder, **asked) as running:
         yield Guarded(running, data, keys)

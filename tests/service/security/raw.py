@@ -14,33 +14,20 @@ class Answer:
     body: bytes
 
 
-def send_raw(url: str, request: bytes, *, patience_seconds: float = 60.0) -> Answer | None:
-    """Send bytes and read to the end of the connection; None where it ended without a word."""
-    address = urlsplit(url)
-    received = b""
-    with socket.create_connection((address.hostname, address.port), timeout=patience_seconds) as connection:
-        try:
-            connection.sendall(request)
-        except (BrokenPipeError, ConnectionResetError):
-            return None
-        try:
-            while part := connection.recv(65536):
-                received += part
-        except ConnectionResetError:
-            return None
-    if not received:
-        return None
-    head, _, body = received.partition(b"\r\n\r\n")
+def send_raw(url: str, request: bytes) -> Answer:
+    """Send bytes and read to the end of the connection, which must not be reset before its answer."""
+    head, _, body = ask(url, request, ends=False).partition(b"\r\n\r\n")
     return Answer(int(head[9:12]), head.decode("latin-1").lower(), body)
 
 
-def ask(url: str, request: bytes) -> bytes:
-    """Send bytes, end our half, and read to the end."""
+def ask(url: str, request: bytes, ends: bool = True) -> bytes:
+    """Send bytes, end our half if told to, and read to the end."""
     address = urlsplit(url)
     received = b""
     with socket.create_connection((address.hostname, address.port), timeout=60) as connection:
         connection.sendall(request)
-        connection.shutdown(socket.SHUT_WR)
+        if ends:
+            connection.shutdown(socket.SHUT_WR)
         while part := connection.recv(65536):
             received += part
     return received

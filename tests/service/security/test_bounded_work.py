@@ -11,6 +11,7 @@ import anyio
 import httpx
 import psutil
 import pytest
+from tests.service.conftest import computing, held, wait_until
 from tests.service.security.conftest import ENDLESS, QUICK, WORK_SECONDS
 
 from damperlab.service.work.turns import TooManyWaiting, Turns
@@ -18,64 +19,62 @@ from damperlab.service.work.turns import TooManyWaiting, Turns
 SIMULATE = "/api/v1/simulate"
 
 
-def test_a_point_without_end_is_ended_at_its_limit(apart: Any, helpers: Any) -> None:
+def test_a_point_without_end_is_ended_at_its_limit(apart: Any) -> None:
     with apart.client() as client:
         assert client.post(SIMULATE, json=QUICK).status_code == 200
-        (process,) = helpers.computing(apart)
+        (process,) = computing(apart)
         answer = client.post(SIMULATE, json=ENDLESS)
         assert answer.status_code == 422
         problem = answer.json()
         assert problem["type"] == "urn:damperlab:problem:work-limit"
         assert f"{WORK_SECONDS} s" in problem["errors"][0]["allowed"]
-        helpers.wait_until(lambda: not psutil.pid_exists(process.pid))
+        wait_until(lambda: not psutil.pid_exists(process.pid))
 
 
 @pytest.mark.usefixtures("anew")
 @pytest.mark.parametrize("how", [pytest.param(signal.SIGTERM, marks=pytest.mark.night), signal.SIGKILL])
 def test_a_service_that_ends_leaves_nothing_that_computes(
-    own_service: Callable[..., Any], helpers: Any, how: signal.Signals
+    own_service: Callable[..., Any], how: signal.Signals
 ) -> None:
     running = own_service()
     with running.client() as client:
         assert client.post(SIMULATE, json=QUICK).status_code == 200
-    (process,) = helpers.computing(running)
+    (process,) = computing(running)
     before = process.cpu_times().user
     address = urlsplit(running.url)
     with socket.create_connection((address.hostname, address.port)) as connection:
         body = httpx.Request("POST", running.url, json=ENDLESS).content
         head = f"POST {SIMULATE} HTTP/1.1\r\nHost: {address.netloc}\r\nContent-Type: application/json\r\n"
         connection.sendall(f"{head}Content-Length: {len(body)}\r\n\r\n".encode() + body)
-        helpers.wait_until(lambda: process.cpu_times().user > before + 0.5)
+        wait_until(lambda: process.cpu_times().user > before + 0.5)
         # the drain is 10 s, and nothing outlasts it
         assert running.stop(how) == (0 if how is signal.SIGTERM else -how)
-    helpers.wait_until(lambda: not psutil.pid_exists(process.pid))
+    wait_until(lambda: not psutil.pid_exists(process.pid))
 
 
 @pytest.mark.night
 def test_a_machine_that_is_too_busy_is_not_a_request_that_asks_too_much(
-    own_service: Callable[..., Any], helpers: Any
+    own_service: Callable[..., Any],
 ) -> None:
     patience = 20
     running = own_service(DAMPERLAB_WORK_WAIT_SECONDS=str(patience))
     with running.client() as client:
-        helpers.wait_until(lambda: client.post(SIMULATE, json=QUICK).status_code == 200)
-        idle = helpers.held(running)
+        wait_until(lambda: client.post(SIMULATE, json=QUICK).status_code == 200)
+        idle = held(running)
         answer = client.post(SIMULATE, json=QUICK)
     assert (answer.status_code, answer.json()["type"]) == (503, "urn:damperlab:problem:too-busy")
     assert int(answer.headers["retry-after"]) > 0
     assert answer.json()["errors"][0]["allowed"] == f"an answer within {patience} s"
-    helpers.wait_until(lambda: not psutil.pid_exists(idle.pid))
+    wait_until(lambda: not psutil.pid_exists(idle.pid))
 
 
 @pytest.mark.night
-def test_time_in_which_others_have_the_processors_does_not_count(
-    own_service: Callable[..., Any], helpers: Any
-) -> None:
+def test_time_in_which_others_have_the_processors_does_not_count(own_service: Callable[..., Any]) -> None:
     limit = 2
     running = own_service(DAMPERLAB_WORK_SECONDS=str(limit))
     with running.client() as client:
         assert client.post(SIMULATE, json=QUICK).status_code == 200
-        idle = helpers.held(running)
+        idle = held(running)
         others = threading.Timer(5.0 * limit, idle.resume)
         others.start()
         assert client.post(SIMULATE, json=QUICK).status_code == 200

@@ -1,11 +1,11 @@
 """Keys, scopes and origins of every route that there is: a new one cannot be forgotten."""
 
 import re
-from typing import Any, NamedTuple
+from typing import NamedTuple
 
 import httpx
 import pytest
-from tests.service.security.conftest import Guarded
+from tests.service.security.conftest import Guarded, every_route
 from tests.service.security.raw import host_of, send_raw
 
 from damperlab.service.app import create_app
@@ -44,18 +44,8 @@ def _kind(answer: httpx.Response) -> tuple[int, str]:
 def test_no_route_is_hidden_from_the_document(operations: list[Operation]) -> None:
     """The tests below ask what the OpenAPI document has; what it leaves out is the page and its files."""
     documented = {each.path for each in operations}
-
-    def paths(routes: Any) -> set[str]:
-        found: set[str] = set()
-        for route in routes:
-            inner = getattr(getattr(route, "original_router", None), "routes", None)
-            if inner is not None:
-                found |= paths(inner)
-            elif getattr(route, "path", None) is not None:
-                found.add(route.path.replace(":path}", "}"))
-        return found
-
-    hidden = paths(create_app(Settings(docs_dir=None)).routes) - documented
+    routes = every_route(create_app(Settings(docs_dir=None)).routes)
+    hidden = {route.path.replace(":path}", "}") for route in routes if hasattr(route, "path")} - documented
     assert hidden == {"/", "/openapi.json", "/page/{version}/{name}"}
 
 
@@ -98,7 +88,6 @@ def test_methods_that_there_are_none_of_do_nothing(
         answer = send_raw(
             guarded.url, f"{head}Cookie: damperlab_session=secret\r\nX-Odd: echo\r\n\r\n".encode()
         )
-        assert answer is not None
         assert answer.status in (401, 403, 404, 405), each
         assert b"secret" not in answer.body + answer.head.encode()
         assert b"echo" not in answer.body

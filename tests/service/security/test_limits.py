@@ -7,6 +7,7 @@ from typing import Any
 import anyio
 import httpx
 import pytest
+from tests.service.conftest import CURVE, SPECIFICATION, long_study, serving
 from tests.service.security.conftest import Guarded, make_key
 
 from damperlab.service.security.address import counted_address
@@ -19,11 +20,11 @@ A_MINUTE = 40
 
 
 @pytest.fixture(scope="module")
-def limited(tmp_path_factory: pytest.TempPathFactory, helpers: Any) -> Iterator[Guarded]:
+def limited(tmp_path_factory: pytest.TempPathFactory) -> Iterator[Guarded]:
     folder = tmp_path_factory.mktemp("limited")
     data: Path = folder / "data"
     keys = {who: make_key(data, who, "submit") for who in ("ann", "bob", "eve", "dan")}
-    with helpers.serving(
+    with serving(
         folder,
         DAMPERLAB_ACCESS="keys",
         DAMPERLAB_KEY_REQUESTS_PER_MINUTE=str(A_MINUTE),
@@ -41,33 +42,30 @@ def _code(answer: httpx.Response) -> tuple[int, str]:
     return answer.status_code, answer.json()["errors"][0]["field"]
 
 
-def test_points_and_studies_are_counted_for_each_owner(limited: Guarded, helpers: Any) -> None:
+def test_points_and_studies_are_counted_for_each_owner(limited: Guarded) -> None:
     with limited.client("ann") as ann, limited.client("bob") as bob:
-        long = [
-            ann.post(STUDIES, json=helpers.long_study(f"long {each}", 0.0038 + 1e-4 * each))
-            for each in (0, 1)
-        ]
+        long = [ann.post(STUDIES, json=long_study(f"long {each}", 0.0038 + 1e-4 * each)) for each in (0, 1)]
         assert [each.status_code for each in long] == [201, 201]
-        waiting = ann.post(STUDIES, json=helpers.CURVE)
+        waiting = ann.post(STUDIES, json=CURVE)
         assert _code(waiting) == (429, "key_quota_unfinished")
         assert int(waiting.headers["retry-after"]) > 0
         # what is there is never refused, and what is refused for one is not for another
-        assert ann.post(STUDIES, json=helpers.long_study("long 0")).status_code == 200
-        assert bob.post(STUDIES, json=helpers.CURVE).status_code == 201
+        assert ann.post(STUDIES, json=long_study("long 0")).status_code == 200
+        assert bob.post(STUDIES, json=CURVE).status_code == 201
         for each in long:
             assert ann.post(f"{STUDIES}/{each.json()['id']}/cancel").status_code == 200
-        assert _code(ann.post(STUDIES, json=helpers.long_study("a third", 0.005))) == (
+        assert _code(ann.post(STUDIES, json=long_study("a third", 0.005))) == (
             507,
             "key_quota_points",
         )
         assert ann.delete(f"{STUDIES}/{long[0].json()['id']}").status_code == 204
 
 
-def test_a_study_that_goes_on_counts_as_one_that_is_new(limited: Guarded, helpers: Any) -> None:
+def test_a_study_that_goes_on_counts_as_one_that_is_new(limited: Guarded) -> None:
     with limited.client("dan") as dan:
         urls = []
         for damping in (0.011, 0.012, 0.013):
-            made = dan.post(STUDIES, json=helpers.long_study("going on", damping, frequencies=10)).json()
+            made = dan.post(STUDIES, json=long_study("going on", damping, frequencies=10)).json()
             urls.append(f"{STUDIES}/{made['id']}")
             assert dan.post(f"{urls[-1]}/cancel").status_code == 200
         assert [dan.post(f"{url}/resume").status_code for url in urls[:2]] == [200, 200]
@@ -103,14 +101,14 @@ def test_records_are_counted_for_each_owner(limited: Guarded) -> None:
         assert generate(ann, 4).status_code == 201
 
 
-def test_designs_are_counted_for_each_owner(limited: Guarded, helpers: Any) -> None:
+def test_designs_are_counted_for_each_owner(limited: Guarded) -> None:
     designs = "/api/v1/designs"
     with limited.client("dan") as dan:
-        made = dan.post(designs, json=helpers.SPECIFICATION)
+        made = dan.post(designs, json=SPECIFICATION)
         assert made.status_code == 201
-        other = helpers.SPECIFICATION | {"confidence": 0.8}
+        other = SPECIFICATION | {"confidence": 0.8}
         assert _code(dan.post(designs, json=other)) == (507, "key_quota_designs")
-        assert dan.post(designs, json=helpers.SPECIFICATION).status_code == 200
+        assert dan.post(designs, json=SPECIFICATION).status_code == 200
         assert dan.post(f"{designs}/{made.json()['id']}/cancel").status_code == 200
 
 

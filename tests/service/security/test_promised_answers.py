@@ -6,6 +6,7 @@ from typing import Any
 import httpx
 import pytest
 from starlette.datastructures import Headers
+from tests.service.conftest import ends_once_given_up, held, wait_until
 from tests.service.security.conftest import ENDLESS, QUICK
 
 from damperlab.service.client.client import Client
@@ -40,7 +41,7 @@ def test_preference_is_read_and_what_is_malformed_counts_as_not_said(
     assert wait_seconds(headers) == seconds
 
 
-def _fetched(client: httpx.Client, helpers: Any, promise: httpx.Response) -> httpx.Response:
+def _fetched(client: httpx.Client, promise: httpx.Response) -> httpx.Response:
     assert promise.status_code == 202
     assert promise.headers["preference-applied"] == "respond-async"
     assert promise.json()["answer"] == promise.headers["location"]
@@ -50,13 +51,13 @@ def _fetched(client: httpx.Client, helpers: Any, promise: httpx.Response) -> htt
         answers.append(client.get(promise.headers["location"]))
         return answers[-1].status_code != 202
 
-    helpers.wait_until(there)
+    wait_until(there)
     return answers[-1]
 
 
-def test_promised_answer_is_the_answer(service: Any, client: httpx.Client, helpers: Any) -> None:
+def test_promised_answer_is_the_answer(service: Any, client: httpx.Client) -> None:
     straight = client.post(SIMULATE, json=QUICK)
-    promised = _fetched(client, helpers, client.post(SIMULATE, json=QUICK, headers=AT_ONCE))
+    promised = _fetched(client, client.post(SIMULATE, json=QUICK, headers=AT_ONCE))
     assert (promised.status_code, promised.headers["content-type"]) == (200, "application/json")
     assert promised.json()["state"] == straight.json()["state"]
     assert promised.json()["metrics"].keys() == straight.json()["metrics"].keys()
@@ -65,7 +66,7 @@ def test_promised_answer_is_the_answer(service: Any, client: httpx.Client, helpe
     assert (patient.status_code, patient.json()["state"]) == (200, straight.json()["state"])
     # a refusal is an answer too
     refused = client.post(SIMULATE, json=QUICK | {"frequency_ratio": -1}, headers=AT_ONCE)
-    refused = _fetched(client, helpers, refused) if refused.status_code == 202 else refused
+    refused = _fetched(client, refused) if refused.status_code == 202 else refused
     assert refused.status_code == 422
     assert refused.json()["errors"][0]["field"] == "frequency_ratio"
     # from Python it is as if there were no promise
@@ -76,7 +77,7 @@ def test_promised_answer_is_the_answer(service: Any, client: httpx.Client, helpe
 
 
 @pytest.mark.parametrize("promised", [True, False], ids=["promise", "request"])
-def test_what_is_given_up_is_computed_no_longer(apart: Any, helpers: Any, promised: bool) -> None:
+def test_what_is_given_up_is_computed_no_longer(apart: Any, promised: bool) -> None:
     with apart.client() as client:
 
         def give_up(seconds: float) -> None:
@@ -94,7 +95,7 @@ def test_what_is_given_up_is_computed_no_longer(apart: Any, helpers: Any, promis
                 client.post(SIMULATE, json=ENDLESS, headers=PATIENTLY, timeout=seconds)
 
         assert client.post(SIMULATE, json=QUICK).status_code == 200
-        assert helpers.ends_once_given_up(helpers.held(apart), give_up if promised else leave)
+        assert ends_once_given_up(held(apart), give_up if promised else leave)
 
 
 def test_the_client_of_python_gives_up_what_it_no_longer_waits_for(
@@ -114,11 +115,11 @@ def test_the_client_of_python_gives_up_what_it_no_longer_waits_for(
     assert client.get(promises[0]).status_code == 404
 
 
-def test_an_answer_is_for_who_asked(guarded: Any, helpers: Any) -> None:
+def test_an_answer_is_for_who_asked(guarded: Any) -> None:
     with guarded.client("ann") as mine, guarded.client("bob") as theirs, guarded.client(None) as nobody:
         promise = mine.post(SIMULATE, json=QUICK, headers=AT_ONCE)
         where = promise.headers["location"]
         assert theirs.get(where).status_code == 404
         assert theirs.delete(where).status_code == 404
         assert nobody.get(where).status_code == 401
-        assert _fetched(mine, helpers, promise).status_code == 200
+        assert _fetched(mine, promise).status_code == 200

@@ -6,7 +6,8 @@ import logging
 import socket
 import struct
 import time
-from collections.abc import Callable
+from collections.abc import AsyncIterator, Callable
+from contextlib import asynccontextmanager
 from pathlib import Path
 from typing import Any
 from urllib.parse import urlsplit
@@ -14,8 +15,8 @@ from urllib.parse import urlsplit
 import httpx
 import pytest
 import uvicorn
+from tests.service.conftest import wait_until
 from tests.service.security.raw import host_of
-from uvicorn.server import ServerState
 
 from damperlab.service.access import AccessLog
 from damperlab.service.app import _Server, create_app
@@ -33,9 +34,7 @@ def _rest(connection: socket.socket) -> bytes:
     return received
 
 
-def test_heads_and_bodies_that_do_not_come_end_with_408(
-    own_service: Callable[..., Any], helpers: Any
-) -> None:
+def test_heads_and_bodies_that_do_not_come_end_with_408(own_service: Callable[..., Any]) -> None:
     running = own_service(
         DAMPERLAB_HEAD_TIMEOUT_SECONDS="1",
         DAMPERLAB_BODY_TIMEOUT_SECONDS="2",
@@ -79,7 +78,7 @@ def test_heads_and_bodies_that_do_not_come_end_with_408(
         assert refused.count(b"HTTP/1.1 503") >= 20
         assert set(refused) == {b"HTTP/1.1 503", b"HTTP/1.1 408"}
     with running.client() as client:
-        helpers.wait_until(lambda: client.get("/metrics").status_code == 200)
+        wait_until(lambda: client.get("/metrics").status_code == 200)
         told = client.get("/metrics").text
     assert all(f'method="other",status="{status}"' in told for status in (408, 503))
 
@@ -100,56 +99,48 @@ class _ResetAtTheEnd:
         self._transport.write_eof()
 
 
-def test_a_client_that_resets_while_it_is_refused_ends_nothing(tmp_path: Path) -> None:
-    """The loop learns of the reset only after the connection was found overdue."""
+@asynccontextmanager
+async def _connected(application: Any) -> AsyncIterator[tuple[_Server, Connection, socket.socket]]:
+    """Give a server, its connection to one client, and that client's end."""
     made: list[Connection] = []
-    application = create_app(Settings(data_dir=tmp_path))
+    config = uvicorn.Config(application, http=Connection, ws="none", log_config=None)
+    config.load()
+    server = _Server(config)
 
-    async def ask() -> None:
-        config = uvicorn.Config(application, http=Connection, ws="none", log_config=None)
-        config.load()
+    def connection() -> Connection:
+        made.append(Connection(config=config, server_state=server.server_state, app_state={}))
+        return made[-1]
 
-        def connection() -> Connection:
-            made.append(Connection(config=config, server_state=ServerState(), app_state={}))
-            return made[-1]
-
-        server = await asyncio.get_running_loop().create_server(connection, "127.0.0.1", 0)
-        client = socket.create_connection(server.sockets[0].getsockname())
+    listening = await asyncio.get_running_loop().create_server(connection, "127.0.0.1", 0)
+    with socket.create_connection(listening.sockets[0].getsockname()) as client:
         async with asyncio.timeout(60):
             while not made or made[0].transport is None:
                 await asyncio.sleep(0.01)
-        made[0].transport = _ResetAtTheEnd(made[0].transport, client)
-        made[0].overdue(time.monotonic() + 1000)
-        assert made[0].transport.is_closing()
-        server.close()
+        yield server, made[0], client
+    listening.close()
+
+
+def test_a_client_that_resets_while_it_is_refused_ends_nothing(tmp_path: Path) -> None:
+    """The loop learns of the reset only after the connection was found overdue."""
+
+    async def ask() -> None:
+        async with _connected(create_app(Settings(data_dir=tmp_path))) as (_, connection, client):
+            connection.transport = _ResetAtTheEnd(connection.transport, client)
+            connection.overdue(time.monotonic() + 1000)
+            assert connection.transport.is_closing()
 
     asyncio.run(ask())
 
 
 def test_a_head_that_arrived_while_the_loop_was_busy_is_no_late_head(tmp_path: Path) -> None:
-    made: list[Connection] = []
-    application = create_app(Settings(data_dir=tmp_path, head_timeout_seconds=0.2))
-
     async def ask() -> None:
-        config = uvicorn.Config(application, http=Connection, ws="none", log_config=None)
-        config.load()
-        server = _Server(config)
-
-        def connection() -> Connection:
-            made.append(Connection(config=config, server_state=server.server_state, app_state={}))
-            return made[-1]
-
-        listening = await asyncio.get_running_loop().create_server(connection, "127.0.0.1", 0)
-        with socket.create_connection(listening.sockets[0].getsockname()) as client:
-            async with asyncio.timeout(60):
-                while not made or made[0].transport is None:
-                    await asyncio.sleep(0.01)
+        application = create_app(Settings(data_dir=tmp_path, head_timeout_seconds=0.2))
+        async with _connected(application) as (server, connection, client):
             client.sendall(b"GET / HTTP/1.1\r\nHost: h\r\n\r\n")
             time.sleep(0.3)
             await server.on_tick(0)
-            assert made[0]._lingers_until is None
-            assert made[0].cycle is not None
-        listening.close()
+            assert connection._lingers_until is None
+            assert connection.cycle is not None
 
     asyncio.run(ask())
 

@@ -6,7 +6,6 @@ import ssl
 from collections.abc import Iterator
 from datetime import UTC, datetime, timedelta
 from pathlib import Path
-from typing import Any
 
 import httpx
 import pytest
@@ -14,7 +13,7 @@ from cryptography import x509
 from cryptography.hazmat.primitives import hashes, serialization
 from cryptography.hazmat.primitives.asymmetric import ec
 from cryptography.x509.oid import NameOID
-from tests.service.conftest import TRUSTED
+from tests.service.conftest import CURVE, TRUSTED, ended, serving, wait_for
 from tests.service.security.conftest import Guarded, make_key
 
 STUDIES = "/api/v1/studies"
@@ -52,12 +51,12 @@ def _certify(folder: Path) -> tuple[Path, Path]:
 
 
 @pytest.fixture(scope="module")
-def guarded(tmp_path_factory: pytest.TempPathFactory, helpers: Any) -> Iterator[Guarded]:
+def guarded(tmp_path_factory: pytest.TempPathFactory) -> Iterator[Guarded]:
     """A service behind a proxy that ends TLS."""
     folder = tmp_path_factory.mktemp("proxied")
     data = folder / "data"
     keys = {"reader": make_key(data, "reader", "read")}
-    with helpers.serving(
+    with serving(
         folder,
         DAMPERLAB_ACCESS="keys",
         DAMPERLAB_TRUSTED_PROXIES=PROXY,
@@ -75,7 +74,7 @@ def _from(guarded: Guarded, address: str, user: str | None = None, **headers: st
     return httpx.Client(base_url=guarded.url, headers=sent, transport=transport, timeout=300)
 
 
-def test_a_proxys_user_owns_what_he_submits(guarded: Guarded, helpers: Any) -> None:
+def test_a_proxys_user_owns_what_he_submits(guarded: Guarded) -> None:
     with (
         _from(guarded, PROXY, "ann", Host="damper.example.org", X_Forwarded_For="6.6.6.6, 192.0.2.7") as ann,
         _from(guarded, PROXY, "bob") as bob,
@@ -83,10 +82,10 @@ def test_a_proxys_user_owns_what_he_submits(guarded: Guarded, helpers: Any) -> N
         assert ann.get(SESSION).json() == {
             "needed": True, "signed_in": True, "owner": "ann", "scopes": ["read", "submit"],
         }  # fmt: skip
-        made = ann.post(STUDIES, json=helpers.CURVE)
+        made = ann.post(STUDIES, json=CURVE)
         assert made.status_code == 201
         url = f"{STUDIES}/{made.json()['id']}"
-        helpers.wait_for(bob, made.json()["id"], helpers.ended)
+        wait_for(bob, made.json()["id"], ended)
         refused = bob.delete(url)
         assert (refused.status_code, refused.json()["type"]) == (403, "urn:damperlab:problem:not-yours")
         assert ann.delete(url).status_code == 204
@@ -128,11 +127,11 @@ def test_cookies_are_secure_where_a_believed_proxy_says_tls(
     assert ("strict-transport-security" in answer.headers) is secure
 
 
-def test_the_service_speaks_tls_itself(tmp_path: Path, helpers: Any) -> None:
+def test_the_service_speaks_tls_itself(tmp_path: Path) -> None:
     chain, private = _certify(tmp_path)
     key = make_key(tmp_path / "data", "ann", "submit")["key"]
     files = {"DAMPERLAB_TLS_CERTIFICATE": str(chain), "DAMPERLAB_TLS_KEY": str(private)}
-    with helpers.serving(tmp_path, DAMPERLAB_ACCESS="keys", **files) as running:
+    with serving(tmp_path, DAMPERLAB_ACCESS="keys", **files) as running:
         assert running.url.startswith("https://127.0.0.1:")
         trusting = ssl.create_default_context(cafile=str(chain))
         with httpx.Client(base_url=running.url, verify=trusting, timeout=300) as client:
@@ -143,7 +142,7 @@ def test_the_service_speaks_tls_itself(tmp_path: Path, helpers: Any) -> None:
             # the session's cookie, by the browser's own rules
             assert client.get(STUDIES).status_code == 200
             origin = {"Origin": running.url, "Sec-Fetch-Site": "same-origin"}
-            dry = client.post(f"{STUDIES}?dry_run=true", json=helpers.CURVE, headers=origin)
+            dry = client.post(f"{STUDIES}?dry_run=true", json=CURVE, headers=origin)
             assert dry.status_code == 200, dry.text
         with pytest.raises(httpx.ConnectError, match="CERTIFICATE_VERIFY_FAILED"):
             httpx.get(f"{running.url}/health/live")

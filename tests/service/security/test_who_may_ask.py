@@ -10,6 +10,7 @@ from typing import Any
 import httpx
 import pytest
 from tests.service.cli.commands import run, run_apart
+from tests.service.conftest import SPECIFICATION, ended, wait_for, wait_for_design, wait_until
 from tests.service.security.conftest import Guarded, make_key
 
 from damperlab import Client
@@ -62,7 +63,7 @@ def test_a_place_before_the_studies_of_others_is_for_admins(guarded: Guarded) ->
         assert admin.post(STUDIES, params={"priority": 11}, json=_study("no", 1.74)).status_code == 422
 
 
-def test_an_owner_changes_what_is_his_and_nobody_elses(guarded: Guarded, helpers: Any) -> None:
+def test_an_owner_changes_what_is_his_and_nobody_elses(guarded: Guarded) -> None:
     with guarded.client("ann") as ann, guarded.client("bob") as bob, guarded.client("admin") as admin:
         made = ann.post(STUDIES, json=_study("anns", 1.4))
         assert made.status_code == 201, made.text
@@ -84,16 +85,16 @@ def test_an_owner_changes_what_is_his_and_nobody_elses(guarded: Guarded, helpers
         ):
             answer = bob.request(method, url + path)
             assert (answer.status_code, _kind(answer)) == (403, "not-yours"), path
-        helpers.wait_for(ann, record["id"], helpers.ended)
+        wait_for(ann, record["id"], ended)
         # a study that is done may be busy a moment longer, until its runner lets it go
-        helpers.wait_until(lambda: ann.delete(url).status_code == 204)
+        wait_until(lambda: ann.delete(url).status_code == 204)
         again = ann.post(STUDIES, json=_study("anns", 1.4)).json()
-        helpers.wait_for(admin, again["id"], helpers.ended)
-        helpers.wait_until(lambda: admin.delete(url).status_code == 204)
+        wait_for(admin, again["id"], ended)
+        wait_until(lambda: admin.delete(url).status_code == 204)
 
 
-def test_a_design_and_its_studies_are_whose_they_are(guarded: Guarded, helpers: Any) -> None:
-    asked = helpers.SPECIFICATION | {"clearance_m": 0.0055}
+def test_a_design_and_its_studies_are_whose_they_are(guarded: Guarded) -> None:
+    asked = SPECIFICATION | {"clearance_m": 0.0055}
     with guarded.client("ann") as ann, guarded.client("bob") as bob, guarded.client("admin") as admin:
         made = ann.post("/api/v1/designs", json=asked)
         assert made.status_code == 201, made.text
@@ -108,17 +109,17 @@ def test_a_design_and_its_studies_are_whose_they_are(guarded: Guarded, helpers: 
             first = f"{STUDIES}/{now['studies'][0]}" if now["studies"] else STUDIES + "/none"
             return now["round"] > 1 and bob.get(first).status_code == 200
 
-        now = helpers.wait_for_design(bob, made.json()["id"], has_study)
+        now = wait_for_design(bob, made.json()["id"], has_study)
         record = bob.get(f"{STUDIES}/{now['studies'][0]}").json()
         assert record["provenance"]["submitted_by"] == "ann"
         # a design that is done cannot be cancelled any more
         assert ann.post(f"{url}/cancel").status_code in (200, 409)
         assert admin.delete(url).status_code == 204
         for study in ann.get(STUDIES, params={"limit": 200, "name": asked["name"]}).json()["studies"]:
-            helpers.wait_until(lambda each=study["id"]: ann.delete(f"{STUDIES}/{each}").status_code == 204)
+            wait_until(lambda each=study["id"]: ann.delete(f"{STUDIES}/{each}").status_code == 204)
 
 
-def test_a_revoked_and_an_expired_key_open_nothing(guarded: Guarded, helpers: Any) -> None:
+def test_a_revoked_and_an_expired_key_open_nothing(guarded: Guarded) -> None:
     short = make_key(guarded.data_dir, "guest", "read", 1.0)
     lost = make_key(guarded.data_dir, "guest", "read")
     with guarded.client(None) as client:
@@ -128,7 +129,7 @@ def test_a_revoked_and_an_expired_key_open_nothing(guarded: Guarded, helpers: An
 
         assert status(lost) == 200
         run("admin", "keys", "revoke", lost["id"], "--data-dir", guarded.data_dir)
-        helpers.wait_until(lambda: (status(lost), status(short)) == (401, 401))
+        wait_until(lambda: (status(lost), status(short)) == (401, 401))
     listed = json.loads(run("admin", "keys", "list", "--data-dir", guarded.data_dir, "--json").stdout)["keys"]
     valid = {key["id"]: key["valid"] for key in listed}
     assert [valid[key["id"]] for key in (short, lost, guarded.keys["ann"])] == [False, False, True]
@@ -193,7 +194,7 @@ def test_a_session_of_the_page(guarded: Guarded) -> None:
         assert page.get(STUDIES).status_code == 401
 
 
-def test_a_session_ends_on_the_server(guarded: Guarded, helpers: Any) -> None:
+def test_a_session_ends_on_the_server(guarded: Guarded) -> None:
     key = make_key(guarded.data_dir, "guest", "read")
 
     def signed_in(client: httpx.Client) -> str:
@@ -209,7 +210,7 @@ def test_a_session_ends_on_the_server(guarded: Guarded, helpers: Any) -> None:
         assert page.delete("/api/v1/session").status_code == 204
         assert (status(copied), status(stays)) == (401, 200)
         run("admin", "keys", "revoke", key["id"], "--data-dir", guarded.data_dir)
-        helpers.wait_until(lambda: status(stays) == 401)
+        wait_until(lambda: status(stays) == 401)
 
 
 def test_a_key_has_only_so_many_sessions() -> None:

@@ -8,6 +8,8 @@ from typing import Any, cast
 import httpx
 import pytest
 from fastapi.routing import APIRoute
+from tests.service.conftest import CURVE, computed, computing, ends_once_given_up, held, wait_until
+from tests.service.security.conftest import every_route
 
 from damperlab.service.app import create_app
 from damperlab.service.routes.late import LateRoute
@@ -56,13 +58,9 @@ LIGHT_ROUTES = {
 """Routes that read or write a row or a file; all others must go apart."""
 
 
-def _routes(routes: Any) -> Iterator[APIRoute]:
-    for route in routes:
-        inner = getattr(getattr(route, "original_router", None), "routes", None)
-        if inner is not None:
-            yield from _routes(inner)
-        elif isinstance(route, LateRoute):
-            yield cast(APIRoute, route.analysed)
+def _routes() -> list[APIRoute]:
+    every = every_route(create_app(Settings(docs_dir=None)).routes)
+    return [cast(APIRoute, route.analysed) for route in every if isinstance(route, LateRoute)]
 
 
 APART = ({"work", "run"}, {"computed"}, {"is_large", "written"}, {"written"})
@@ -75,7 +73,7 @@ def _goes_apart(route: APIRoute) -> bool:
 
 def test_every_route_is_light_or_computes_apart() -> None:
     seen = set()
-    for route in _routes(create_app(Settings(docs_dir=None)).routes):
+    for route in _routes():
         for method in route.methods or ():
             listed = (method, route.path) in LIGHT_ROUTES
             assert listed + _goes_apart(route) == 1, (method, route.path)
@@ -95,8 +93,7 @@ def test_no_dependency_waits_for_a_thread() -> None:
             yield each.call
             yield from calls(each)
 
-    routes = list(_routes(create_app(Settings(docs_dir=None)).routes))
-    found = {call for route in routes for call in calls(route.dependant)}
+    found = {call for route in _routes() for call in calls(route.dependant)}
     threaded = [
         call for call in found if not any(map(inspect.iscoroutinefunction, (call, type(call).__call__)))
     ]
@@ -110,18 +107,18 @@ QUESTIONS = (
 
 
 @pytest.fixture(scope="module")
-def url(apart: Any, helpers: Any) -> str:
+def url(apart: Any) -> str:
     """A finished study of the service that computes apart."""
-    return f"/api/v1/studies/{helpers.computed(apart, helpers.CURVE)['id']}"
+    return f"/api/v1/studies/{computed(apart, CURVE)['id']}"
 
 
 def test_the_same_is_answered_apart(
-    apart: Any, url: str, client: httpx.Client, curve: dict[str, Any], helpers: Any
+    apart: Any, url: str, client: httpx.Client, curve: dict[str, Any]
 ) -> None:
     assert url.endswith(curve["id"])
-    for process in helpers.computing(apart):
+    for process in computing(apart):
         process.kill()
-    helpers.wait_until(lambda: not helpers.computing(apart))
+    wait_until(lambda: not computing(apart))
     with apart.client() as other:
         for question in (
             "frequency-response",
@@ -134,7 +131,7 @@ def test_the_same_is_answered_apart(
             assert there.status_code == here.status_code, (question, there.text)
             assert there.headers["content-type"] == here.headers["content-type"]
             assert there.json() | {"request_id": ""} == here.json() | {"request_id": ""}, question
-        assert len(helpers.computing(apart)) == 1
+        assert len(computing(apart)) == 1
         first = other.get(f"{url}/frequency-response")
         assert other.get(f"{url}/frequency-response").content == first.content
         again = other.get(f"{url}/frequency-response", headers={"If-None-Match": first.headers["etag"]})
@@ -143,9 +140,7 @@ def test_the_same_is_answered_apart(
 
 
 @pytest.mark.parametrize(("method", "question"), QUESTIONS)
-def test_what_a_study_is_asked_ends_with_its_client(
-    apart: Any, url: str, helpers: Any, method: str, question: str
-) -> None:
+def test_what_a_study_is_asked_ends_with_its_client(apart: Any, url: str, method: str, question: str) -> None:
     with apart.client() as client:
         assert client.request(method, f"{url}/{question}").status_code in (200, 422)
 
@@ -155,5 +150,5 @@ def test_what_a_study_is_asked_ends_with_its_client(
                 otherwise = {"Accept-Encoding": "identity"}
                 client.request(method, f"{url}/{question}", headers=otherwise, timeout=seconds)
 
-        assert helpers.ends_once_given_up(helpers.held(apart), leave)
+        assert ends_once_given_up(held(apart), leave)
         assert client.get(url).status_code == 200
