@@ -29,10 +29,12 @@ GONE = object()
 RECORD = ("components", "schemas", "Record")
 POINT_SCHEMA = ("components", "schemas", "Simulation")
 MAP = ("paths", f"{STUDY}/resonance-map", "get")
+CONTACTS = [{"$ref": f"#/components/schemas/{kind}Contact"} for kind in ("Instant", "Dwell", "Compliant")]
 CHANGES: list[tuple[tuple[str, ...], Any, str]] = [
     (("paths", STUDY, "delete"), GONE, "delete: gone"),
     ((*MAP, "responses", "200"), GONE, "200: gone"),
     ((*MAP, "parameters"), [], "parameters: gone"),
+    ((*POINT_SCHEMA, "properties", "contact", "anyOf"), [{"type": "string"}] * 4, "no longer"),
     ((*RECORD, "required"), ["name"], "points_done may be missing now"),
     ((*RECORD, "properties", "points_done"), GONE, "points_done: gone"),
     ((*RECORD, "properties", "points_done", "type"), "string", "string in place of integer"),
@@ -47,6 +49,7 @@ CHANGES: list[tuple[tuple[str, ...], Any, str]] = [
     ((*RECORD, "properties", "novelty"), {"type": "string"}, ""),
     ((*POINT_SCHEMA, "properties", "novelty"), {"type": "boolean"}, ""),
     ((*MAP, "responses", "418"), {"description": "I am a teapot"}, ""),
+    ((*POINT_SCHEMA, "properties", "contact", "anyOf"), [*CONTACTS, {"type": "string"}], ""),
     ((*POINT_SCHEMA, "properties", "method", "enum"), ["event", "rk4", "other"], ""),
 ]
 

@@ -48,6 +48,8 @@ def _lost(old: Any, new: Any, place: str, sent: bool) -> Iterator[str]:
         elif key == "enum" and before and after:
             gone = set(before) - set(after) if sent else ()
             yield from (f"{place}: no longer {each}" for each in gone)
+        elif key == "anyOf" and sent and before and after and len(before) < len(after):
+            yield from (f"{place}: no longer {each}" for each in before if each not in after)
         elif key in old and key in new:
             yield from _lost(before, after, where, sent or key in ("parameters", "requestBody"))
         elif key in old and key != "required":
