@@ -110,7 +110,7 @@ def test_the_whole_journey_of_a_study_whose_name_is_text_wherever_it_stands(
     at = {"clearance_ratio": best["clearance_ratio"], "friction_ratio": best["friction_ratio"]}
     compared = client.get(f"/api/v1/studies/{study_id}/tmd-comparison", params=at).json()
     # at one frequency no ratio is shown, but what to compute next
-    assert "frequency ratio r from" in compared["brief"]["next"]  # which is a button
+    assert "frequency_ratio: {start" in compared["brief"]["next"]  # which is a button
     for sentence in compared["verdict"]:
         expect(page.get_by_text(sentence)).to_be_visible()
     expect(page.locator("#tmd-ratio")).to_have_count(0)
