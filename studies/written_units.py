@@ -6,7 +6,6 @@ from damperlab.studies.vocabulary import ACCELERATION_UNITS
 
 TIMES = {"s": 1.0, "ms": 1e-3, "µs": 1e-6}
 LENGTHS = {"m": 1.0, "cm": 1e-2, "mm": 1e-3, "µm": 1e-6, "in": 0.0254, "ft": 0.3048}
-
 ACCELERATIONS = {
     **ACCELERATION_UNITS,
     "mm/s2": 1e-3,
